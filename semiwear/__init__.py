@@ -127,7 +127,7 @@ __all__ = [
     "worn_tooth",
 ]
 
-# Loaded when they are asked for (SPEC 1): to read a scene takes none of the compiled kernels.
+# Imported on first use (SPEC 1): reading a scene needs none of the compiled kernels.
 _MODULES = {
     "accuracy": ("simulate",),
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
@@ -174,20 +174,20 @@ _MODULES = {
     "sensitivities": ("sensitivities",),
     "sweep": ("sweep",),
 }
-_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
-_PLACES["report"] = ("report", "write_report")
+_SOURCES = {name: (module, name) for module, names in _MODULES.items() for name in names}
+_SOURCES["report"] = ("report", "write_report")
 _PACKAGES = ("contact", "errors", "geometry", "measured", "plot", "references", "results", "scene", "wear")
 
 
-def __getattr__(name: str) -> Any:  # which type, the name decides; a checker sees the imports above
-    """Public functions and classes, loaded when they are asked for, and the version."""
+def __getattr__(name: str) -> Any:  # the type depends on the name; a checker reads the imports above
+    """Public functions and classes, imported on first use, and the version."""
     if name == "__version__":
         return _version()
     if name in _PACKAGES:
         return import_module(f"semiwear.{name}")
-    if name not in _PLACES:
+    if name not in _SOURCES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, own = _PLACES[name]
+    module, own = _SOURCES[name]
     found = getattr(import_module(f"semiwear.{module}"), own)
     setattr(sys.modules[__name__], name, found)
     return found
@@ -201,7 +201,7 @@ class _Package(ModuleType):
     """A package whose functions stay functions when modules of the same name load."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _PLACES and isinstance(value, ModuleType)):
+        if not (name in _SOURCES and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 
 

@@ -127,9 +127,9 @@ def loaded_contact(
         worn = _worn(teeth, wear_depth)
         state = teeth.load(worn.driven, None, worn.driving)
         pressure = teeth.pressures(state)
-    told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
+    observed, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
     groups = {
-        "engagement": collect.engagement(teeth, state, pressure, fresh_sweep(teeth.pair, teeth.lines)) | told,
+        "engagement": collect.engagement(teeth, state, pressure, fresh_sweep(teeth.pair, teeth.lines)) | observed,
         "mesh_cycle": collect.mesh_cycle(teeth, state),
         "diagnostics": collect.residuals(state),
     }
@@ -147,14 +147,14 @@ def loaded_contact(
 
 
 def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float, float]) -> np.ndarray | None:
-    """Face coordinates that a wear depth brings along [mm]; they must be even, and on the flank."""
+    """Face coordinates of a wear depth with labels [mm]; they must be evenly spaced, and on the flank."""
     if not isinstance(wear_depth, xr.DataArray) or "face" not in wear_depth.coords:
         return None
     face = np.asarray(wear_depth["face"], float)
     width = np.diff(face)
     fix = "use the wear_depth of a result, or leave the coordinate out"
     if face.size < 2 or width.min() <= 0.0 or np.ptp(width) > 1e-6 * width.mean():
-        raise SceneError.of("wear_depth.face", "uneven stations", "middles of even slices, growing [mm]", fix)
+        raise SceneError.of("wear_depth.face", "uneven stations", "middles of equal slices, rising [mm]", fix)
     if face[0] < limits[0] or face[-1] > limits[1]:
         allowed = f"middles of slices on the gear's face, {limits[0]:g} to {limits[1]:g} mm"
         raise SceneError.of("wear_depth.face", f"{face[0]:g} to {face[-1]:g} mm", allowed, fix)
@@ -176,7 +176,7 @@ def _worn(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> Wo
         )
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
         raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
-    known = {body: np.ascontiguousarray(1e-3 * one.T) for body, one in zip(bodies, depth, strict=True)}
+    known = {body: np.ascontiguousarray(1e-3 * own.T) for body, own in zip(bodies, depth, strict=True)}
     driving, driven = (known.get(body, np.zeros(shape)) for body in BODIES)
     if teeth.driving is not None:
         return Worn(driven, driving)
@@ -187,14 +187,14 @@ def _worn(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> Wo
 
 
 def _by_body(wear_depth: ArrayLike | xr.DataArray) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Depths (body, profile, face) and the names of the bodies; labels count, where there are any."""
+    """Depths (body, profile, face) and the names of the bodies, by labels if there are any."""
     labelled = isinstance(wear_depth, xr.DataArray) and {"profile", "face"} <= set(wear_depth.dims)
     if not labelled:
         depth = np.asarray(wear_depth, float)
         depth = depth[None] if depth.ndim == 2 else depth
         return depth, BODIES[-depth.shape[0] :] if depth.ndim == 3 else ()
     assert isinstance(wear_depth, xr.DataArray)
-    names = tuple(str(one) for one in np.atleast_1d(wear_depth.coords.get("body", BODIES[DRIVEN])))
+    names = tuple(str(name) for name in np.atleast_1d(wear_depth.coords.get("body", BODIES[DRIVEN])))
     if "body" in wear_depth.dims and "body" not in wear_depth.coords:
         names = BODIES[-wear_depth.sizes["body"] :]
     if not set(names) <= set(BODIES) or len(set(names)) < len(names):

@@ -1,6 +1,6 @@
 """From states of the loaded, worn teeth to the plain arrays of a result.
 
-Names and units of what is collected here are written in `semiwear.results.schema`.
+Names and units of these arrays are defined in `semiwear.results.schema`.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ __all__ = [
 Arrays = dict[str, np.ndarray]
 
 _UM = 1e3  # micrometres in a millimetre
-_CLEAR = 0.25  # of the pitch band's width, half a half-width: worn, the ridge's pressure falls by half across it
-_ONE_PLACE = 1e-6  # of the way to the next position: what is less is rounding
+_DISTANCE = 0.25  # of the pitch band's width, half a half-width: across it a worn ridge's pressure falls by half
+_SAME_PLACE = 1e-6  # of the distance to the next position: less is rounding
 
 
 def coordinates(teeth: LoadedTeeth) -> Arrays:
@@ -65,9 +65,9 @@ def coordinates(teeth: LoadedTeeth) -> Arrays:
 def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) -> float:
     """Greatest of (roll, face) values at places below a border, as far as the border itself.
 
-    How near to it a roll position lies must not decide, and just beyond it the value may fall at once. So it
-    is carried on from the last position below it, with the middle one of all slices' slopes: one slice's ripple would
-    be carried on several times as far. NaN where no value lies below.
+    The result must not depend on how near a roll position lies to the border, beyond which the value may drop. So it
+    is extrapolated from the last position below, with the median slope of all slices: extrapolation of a single
+    slice would amplify its ripple. NaN if no value lies below.
     """
     loaded = value > 0.0
     below = loaded & (place < border)
@@ -77,8 +77,8 @@ def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) ->
     for order in (slice(None), slice(None, None, -1)):
         v, x, inside, counts = value[order], place[order], below[order], loaded[order]
         leaves = inside[:-2] & inside[1:-1] & counts[2:] & ~inside[2:]
-        # two positions at one place, as on an edge, tell no slope
-        leaves &= np.abs(x[1:-1] - x[:-2]) > _ONE_PLACE * np.abs(x[2:] - x[1:-1])
+        # two positions at one place, as on an edge, give no slope
+        leaves &= np.abs(x[1:-1] - x[:-2]) > _SAME_PLACE * np.abs(x[2:] - x[1:-1])
         if leaves.any():
             slope = np.median((v[1:-1] - v[:-2])[leaves] / (x[1:-1] - x[:-2])[leaves])
             best = max(best, float(np.max(v[1:-1] + slope * (border - x[1:-1]), where=leaves, initial=0.0)))
@@ -100,17 +100,17 @@ class _Zones:
 
     @classmethod
     def of_driving(cls, teeth: LoadedTeeth) -> _Zones:
-        """Of the driving flank: the part that meets the driven flank's band.
+        """Pitch band of the driving flank: the part that meets the driven flank's band.
 
         Where a slice's path of contact does not cross the band, all of it is on one side.
         """
         own, lines = cls.of(teeth), teeth.lines
         inside, theirs = teeth.on_path, (lines.driving_face, lines.driving_profile)
-        met = []  # slices out of contact are left out: as their neighbours
+        met = []  # slices out of contact take the values of their neighbours
         for i in np.flatnonzero(inside.any(axis=0)):
             on = np.flatnonzero(inside[:, i])
             order = on[np.argsort(lines.profile[on, i])]
-            # the higher on one flank, the lower on the other
+            # higher on one flank is lower on the other
             at = (own.high[i], own.low[i])
             met.append([np.interp(at, lines.profile[order, i], on_driving[order, i]) for on_driving in theirs])
         found = []
@@ -120,23 +120,23 @@ class _Zones:
         return cls(*found)
 
     def of_profile(self, profile: FloatArray) -> IntArray:
-        """Zone of places in slices; `profile` has the slices along its last axis."""
+        """Zone of profile coordinates; `profile` has the slices along its last axis."""
         return np.where(
             profile < self.low, int(Zone.ROOT), np.where(profile > self.high, int(Zone.ADDENDUM), int(Zone.PITCH))
         )
 
     def greatest_clear(self, pressure: SlicePressures) -> dict[Zone, float]:
-        """Greatest pressure in each zone, beside the band clear of it: there it rises by a tenth in a roll step.
+        """Greatest pressure in each zone, at a distance from the band, near which it rises by a tenth in a roll step.
 
-        NaN in a zone that no place of a pressure lies in.
+        NaN in a zone without pressures.
         """
-        clear = _CLEAR * (self.high - self.low)
+        distance = _DISTANCE * (self.high - self.low)
         value, place = pressure.inner, pressure.place
         inside = (place >= self.low) & (place <= self.high) & (value > 0.0)
         return {
-            Zone.ROOT: _greatest_below(self.low - clear, value, place),
+            Zone.ROOT: _greatest_below(self.low - distance, value, place),
             Zone.PITCH: float(np.max(value, where=inside, initial=0.0)) if inside.any() else np.nan,
-            Zone.ADDENDUM: _greatest_below(-self.high - clear, value, -place),
+            Zone.ADDENDUM: _greatest_below(-self.high - distance, value, -place),
         }
 
     def greatest(self, value: FloatArray, profile: FloatArray, counts: BoolArray) -> dict[Zone, float]:
@@ -145,7 +145,7 @@ class _Zones:
         Parameters
         ----------
         value, profile, counts : (along the curve, face) arrays
-            Samples, their places, and whether they count; linear between two that count.
+            Samples, their profile coordinates, and whether they count; linear between two that count.
         """
         zone = self.of_profile(profile)
         best = {z: float(np.max(value, where=counts & (zone == z), initial=0.0)) for z in Zone}
@@ -153,8 +153,8 @@ class _Zones:
         for border, zones in ((self.low, (Zone.ROOT, Zone.PITCH)), (self.high, (Zone.PITCH, Zone.ADDENDUM))):
             a, b = profile[:-1] - border, profile[1:] - border
             crosses = both & (a * b < 0.0)
-            share = np.where(crosses, a / np.where(crosses, a - b, 1.0), 0.0)
-            there = value[:-1] + share * (value[1:] - value[:-1])
+            fraction = np.where(crosses, a / np.where(crosses, a - b, 1.0), 0.0)
+            there = value[:-1] + fraction * (value[1:] - value[:-1])
             at_border = float(np.max(there, where=crosses, initial=0.0))
             for z in zones:
                 best[z] = max(best[z], at_border)
@@ -162,7 +162,7 @@ class _Zones:
 
 
 def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
-    """Values in the order of growing mesh position."""
+    """Values in the order of rising mesh position."""
     return values[np.argsort(teeth.rolls.mesh_position)]
 
 
@@ -170,14 +170,14 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
     """Quantities of one wear state at every roll position.
 
     Speeds over the flanks are those of the fresh contact lines (`fresh_sweep`): wear moves a line by a fraction of
-    its path, but lets it hurry and dwell between roll positions.
+    its path, but makes its speed vary between roll positions.
     """
     lines, loads = teeth.lines, state.loads
     moment = np.sum(loads.force * lines.lever_arm, axis=1)
     total = moment.reshape(teeth.rolls.pairs, -1).sum(axis=0)
     greatest = np.argmax(pressure.inner, axis=1)
     rows = np.arange(greatest.size)
-    # a line that stands at an edge has no speed over the flank: only contacts that no edge cuts off are told
+    # a line at an edge has no speed over the flank: contacts that an edge cuts off have no sliding distance
     width = np.where(pressure.inner[rows, greatest] > 0.0, 2.0 * loads.half_width[rows, greatest], 0.0)
     sliding = np.stack(
         [specific[rows, greatest] * width for specific in (fresh.driving_specific_sliding, fresh.specific_sliding)],
@@ -202,7 +202,7 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
 def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
     """Quantities of one wear state at every mesh position."""
     pairs = teeth.rolls.pairs
-    # what the bodies turn, told as the approach at one lever arm
+    # rotations of the bodies, as approaches at one lever arm
     lever = reference_lever(teeth.pair)
     least = (state.coarse.least * (lever / teeth.lines.lever_arm)).min(axis=1).reshape(pairs, -1).min(axis=0)
     loaded = np.any(state.loads.force > 0.0, axis=1).reshape(pairs, -1).sum(axis=0)
@@ -215,7 +215,7 @@ def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
 
 
 def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, parts: Mapping[str, Arrays]) -> Arrays:
-    """The quantities of a wear state that the paper follows, from its pressures, engagement and mesh cycle."""
+    """Quantities of one wear state, from its pressures, engagement and mesh cycle."""
     zones = _Zones.of(teeth)
     profile = teeth.grid.profile.T
     wear = zones.greatest(_UM * state.wear.T, profile, np.ones(profile.shape, dtype=bool))
@@ -247,7 +247,7 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
 
 
 def slices(teeth: LoadedTeeth) -> Arrays:
-    """Lengths and lever arms that turn line loads into forces and moments, the same in all wear states."""
+    """Lengths and lever arms from line loads to forces and moments, the same in all wear states."""
     return {"line_length": teeth.lines.length, "lever_arm": teeth.lines.lever_arm}
 
 
@@ -279,19 +279,19 @@ def observed(
     observers: Sequence[Observer],
     clock: EffectClock,
 ) -> tuple[Arrays, Arrays]:
-    """Quantities that effects tell at every roll position, and once for the state."""
+    """Quantities of the observers at every roll position, and once for the state."""
     engagement: Arrays = {}
     history: Arrays = {}
     for observer in observers:
         with clock.measure(observer.effect):
-            told = observer.engagement(teeth, state, pressure)
-            engagement |= told
-            history |= observer.history(teeth, told)
+            found = observer.engagement(teeth, state, pressure)
+            engagement |= found
+            history |= observer.history(teeth, found)
     return engagement, history
 
 
 def residuals(state: LoadedState) -> Arrays:
-    """How well the equations of one wear state are met."""
+    """Residuals of the equations of one wear state."""
     loads = state.loads
     return {
         "iterations": np.asarray(int(loads.iterations.max())),
@@ -302,7 +302,7 @@ def residuals(state: LoadedState) -> Arrays:
 
 
 def volumes(teeth: LoadedTeeth, state: WearState) -> Arrays:
-    """Volumes that both bodies have lost [mm^3], (body,): what `semiwear.wear.volume` defines."""
+    """Wear volumes of both bodies [mm^3], (body,), as in `semiwear.wear.volume`."""
     return {
         "wear_volume": map_volume(teeth, *state.worn),
         "wear_volume_on_edges": state.volume.on_edges,
@@ -310,7 +310,7 @@ def volumes(teeth: LoadedTeeth, state: WearState) -> Arrays:
 
 
 def volume_residual(teeth: LoadedTeeth, state: WearState) -> Arrays:
-    """How well the volume on flanks and edges is what forces and sliding drive; 0 of a body that does not wear."""
+    """Volume on flanks and edges over that from forces and sliding, less 1; 0 for a body that does not wear."""
     driven, found = state.volume.driven, map_volume(teeth, *state.worn) + state.volume.on_edges
     ratio = np.divide(found, driven, out=np.ones_like(driven), where=driven > 0.0)
     return {"wear_volume_residual": ratio - 1.0}

@@ -1,7 +1,7 @@
-"""First runs: their kernels are compiled ahead, by as many processes as there are cores, each kernel by one of them.
+"""Compilation of kernels ahead of first runs, in as many processes as there are cores, each kernel by one of them.
 
-A process claims a kernel once those that it calls are in the folder where numba keeps kernels. Whoever calls it later
-finds it there.
+A process claims a kernel once those that it calls are in the folder where numba keeps kernels, where later calls find
+it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 
-from semiwear.kernel_cache import telling_of_compilation
+from semiwear.kernel_cache import on_first_compilation
 from semiwear.kernel_list import ListedKernel, kernel_list
 from semiwear.own_python import command_of, own_environment
 from semiwear.threads import available_threads
@@ -27,9 +27,9 @@ from semiwear.untyped import CompilerPart
 
 __all__ = ["called_by", "compile_ahead"]
 
-_PAUSE = 5e-3  # s between looks at what others have finished
+_PAUSE = 5e-3  # s between checks of what others have finished
 _MOST = 6  # processes: more of them wait for one another
-_LONGEST = 600.0  # s: a helper that is not told to end ends by itself
+_LONGEST = 600.0  # s: a helper that is not ended by then ends by itself
 
 _ready: set[str] = set()
 """Kinds of run whose kernels were found or compiled by this process."""
@@ -55,7 +55,7 @@ def compile_ahead(run: str, threads: int | None) -> None:
 
 
 def _compile_in_processes(run: str, kernels: Sequence[ListedKernel], count: int) -> None:
-    """Compile kernels in so many processes, this one among them."""
+    """Compile kernels in `count` processes, this one among them."""
     with tempfile.TemporaryDirectory(prefix="semiwear-") as folder, ExitStack() as processes:
         helpers = [processes.enter_context(_helper(run, folder)) for _ in range(count - 1)]
         if _compile_shared(kernels, Path(folder), lambda: not any(helper.poll() for helper in helpers)):
@@ -64,14 +64,14 @@ def _compile_in_processes(run: str, kernels: Sequence[ListedKernel], count: int)
 
 
 def _is_python() -> bool:
-    """Whether a process can be started as this one was, which may be another program that Python is built into."""
+    """Whether a process can be started as this one was: not from a program with Python built in."""
     return Path(sys.executable or "").stem.lower().startswith("python")
 
 
 def _kept(kernels: Sequence[ListedKernel]) -> bool:
-    """Load the kernels that Python calls; False where one is not kept: it is compiled, a short one from the end."""
+    """Load the kernels that Python calls; False if one is not kept: it is compiled, a short one from the end."""
     compiled: list[bool] = []
-    with telling_of_compilation(lambda: compiled.append(True)):
+    with on_first_compilation(lambda: compiled.append(True)):
         for kernel in reversed(kernels):
             if kernel.called:
                 _compile(kernel)
@@ -82,7 +82,7 @@ def _kept(kernels: Sequence[ListedKernel]) -> bool:
 
 @contextmanager
 def _helper(run: str, folder: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A process that compiles with this one; it ends with what is inside."""
+    """A process that compiles with this one, and ends with the context."""
     nowhere = subprocess.DEVNULL
     command, environment = command_of("semiwear.compile_ahead", run, folder), own_environment()
     with subprocess.Popen(command, env=environment, stdin=nowhere, stdout=nowhere, stderr=nowhere) as process:
@@ -96,7 +96,7 @@ def _compile_shared(kernels: Sequence[ListedKernel], folder: Path, others: Calla
     """Claim and compile kernels until all are claimed, by this process or by `others`.
 
     The folder holds a file for every kernel that is claimed, and one more when it is compiled. Returns False where
-    kernels are left that wait for others which are no longer there.
+    kernels remain that wait for processes which have ended.
     """
     waits = _waits_for(kernels)
     unclaimed = list(range(len(kernels)))
@@ -117,7 +117,7 @@ def _compile_shared(kernels: Sequence[ListedKernel], folder: Path, others: Calla
 
 
 def _claimed(path: Path) -> bool:
-    """Whether it is this process that makes the file."""
+    """Create a file; False if another process has created it."""
     try:
         path.touch(exist_ok=False)
     except FileExistsError:
@@ -126,12 +126,12 @@ def _claimed(path: Path) -> bool:
 
 
 def _compile(kernel: ListedKernel) -> None:
-    with suppress(NumbaError):  # types that are not so any more: the call tells the right ones
+    with suppress(NumbaError):  # types that have changed: the call gives the right ones
         kernel.kernel.compile(kernel.types)
 
 
 def _waits_for(kernels: Sequence[ListedKernel]) -> list[set[int]]:
-    """Numbers of the kernels that each one calls, at whatever depth."""
+    """Numbers of the kernels that each one calls, directly or not."""
     numbers: dict[CompilerPart, list[int]] = {}
     for number, listed in enumerate(kernels):
         numbers.setdefault(listed.kernel, []).append(number)
@@ -139,7 +139,7 @@ def _waits_for(kernels: Sequence[ListedKernel]) -> list[set[int]]:
 
 
 def called_by(kernel: CompilerPart) -> set[CompilerPart]:
-    """Kernels that a kernel calls, at whatever depth."""
+    """Kernels that a kernel calls, directly or not."""
     found: set[CompilerPart] = set()
     left = [kernel]
     while left:
@@ -152,7 +152,7 @@ def called_by(kernel: CompilerPart) -> set[CompilerPart]:
 
 @contextmanager
 def _no_garbage_collected() -> Iterator[None]:
-    """Let Python look for no garbage while numba makes a great many objects: an eighth of the time."""
+    """Stop garbage collection while numba creates very many objects, which saves an eighth of the time."""
     collects = gc.isenabled()
     gc.disable()
     try:
@@ -163,7 +163,7 @@ def _no_garbage_collected() -> Iterator[None]:
 
 
 def _help(run: str, folder: Path) -> None:
-    """Compile with the process that has made the folder."""
+    """Compile together with the process that has made the folder."""
     end = time.monotonic() + _LONGEST
     _compile_shared(kernel_list(run), folder, lambda: folder.exists() and time.monotonic() < end)
 

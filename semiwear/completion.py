@@ -46,6 +46,6 @@ def _actions(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     for action in parser._actions:
         found.append(action)
         if isinstance(action, argparse._SubParsersAction):
-            for one in action.choices.values():
-                found += _actions(one)
+            for command in action.choices.values():
+                found += _actions(command)
     return found

@@ -1,4 +1,4 @@
-"""Standard output and error: streams that may break at no one's loss, notes, and ends that a machine reads."""
+"""Standard output and error: streams that tolerate failures, notes, and results as JSON."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ _OF_THE_COMMAND_LINE = ("semiwear.commands", "semiwear.cli", "semiwear.console")
 
 
 class _Tolerant:
-    """A text stream whose failures are noted; what follows one is dropped."""
+    """A text stream that records its first failure and drops later output."""
 
     def __init__(self, stream: TextIO):
         self._stream = stream
         self.failure: OSError | None = None
 
     def write(self, text: str) -> int:
-        """Write what can be written."""
+        """Write unless the stream has failed."""
         self._attempt(lambda: self._stream.write(text))
         return len(text)
 
     def flush(self) -> None:
-        """Flush, likewise."""
+        """Flush unless the stream has failed."""
         self._attempt(self._stream.flush)
 
     def _attempt(self, action: Callable[[], object]) -> None:
@@ -47,7 +47,7 @@ class _Tolerant:
             self._drop()
 
     def _drop(self) -> None:
-        """Send what is still in the buffer nowhere, or the interpreter would try, and complain, as it ends."""
+        """Discard the buffer, which the interpreter would otherwise try to write, with an error, when it ends."""
         with suppress(OSError, ValueError, AttributeError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             try:
@@ -60,7 +60,7 @@ class _Tolerant:
 
 
 class Streams:
-    """How it went with standard output and error.
+    """Standard output and error with their failures.
 
     Parameters
     ----------
@@ -72,16 +72,16 @@ class Streams:
 
     @property
     def failed(self) -> bool:
-        """Whether output was lost that someone still waited for: a full disk, and not a reader that has gone."""
+        """Whether output was lost by a failure, such as a full disk, other than a closed reader."""
         return any(
-            one.failure is not None and not isinstance(one.failure, BrokenPipeError)
-            for one in (self.output, self.error)
+            stream.failure is not None and not isinstance(stream.failure, BrokenPipeError)
+            for stream in (self.output, self.error)
         )
 
 
 @contextmanager
 def tolerant_streams() -> Iterator[Streams]:
-    """Let writing to standard output and error never end what is done inside."""
+    """Standard output and error whose failures do not end the work inside."""
     streams = Streams(sys.stdout, sys.stderr)
     with redirect_stdout(streams.output), redirect_stderr(streams.error):
         try:
@@ -95,7 +95,7 @@ def tolerant_streams() -> Iterator[Streams]:
 
 
 class _Notes(logging.Handler):
-    """Notes of the command line, and warnings of the package, on standard error as it is then."""
+    """Notes of the command line, and warnings of the package, on the present standard error."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print the note."""
@@ -105,16 +105,16 @@ class _Notes(logging.Handler):
 
 @contextmanager
 def notes_on_standard_error(quiet: bool) -> Iterator[None]:
-    """Show what the loggers under ``semiwear`` note; of a quiet command warnings alone."""
+    """Show notes of the loggers under ``semiwear``; only warnings of a quiet command."""
     logger, handler = logging.getLogger("semiwear"), _Notes()
-    level, propagate, usual = logger.level, logger.propagate, warnings.formatwarning
+    level, propagate, standard_format = logger.level, logger.propagate, warnings.formatwarning
 
     def as_a_note(
         message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
     ) -> str:
         if issubclass(category, UserWarning):
             return f"semiwear: {message}\n"
-        return usual(message, category, filename, lineno, line)
+        return standard_format(message, category, filename, lineno, line)
 
     logger.addHandler(handler)
     logger.setLevel(logging.WARNING if quiet else logging.INFO)
@@ -123,42 +123,47 @@ def notes_on_standard_error(quiet: bool) -> Iterator[None]:
     try:
         yield
     finally:
-        warnings.formatwarning = usual
+        warnings.formatwarning = standard_format
         logger.removeHandler(handler)
         logger.setLevel(level)
         logger.propagate = propagate
 
 
 def hidden_output(hidden: bool) -> redirect_stdout[io.StringIO] | nullcontext[None]:
-    """Let what a command prints for people go nowhere, where a machine reads its end."""
+    """Discard what a command prints for people, if its result is read by a program."""
     return redirect_stdout(io.StringIO()) if hidden else nullcontext()
 
 
-def as_json(end: Table) -> str:
-    """A command's end as one JSON document; what is no number or missing is null."""
-    return json.dumps(_plain(end), indent=1, ensure_ascii=False, allow_nan=False)
+def as_json(result: Table) -> str:
+    """A command's result as one JSON document; NaN and missing values are null."""
+    return json.dumps(_plain(result), indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def error_as_json(error: Exception) -> str:
     """An error as one JSON document: its kind, its message, and the problems of a scene one by one."""
-    told: Table = {"error": type(error).__name__, "message": str(error)}
+    report: Table = {"error": type(error).__name__, "message": str(error)}
     if isinstance(error, SceneError):
-        told["problems"] = [
-            {"field": one.field, "found": _told(one.value), "allowed": one.allowed, "fix": one.fix}
-            for one in error.problems
+        report["problems"] = [
+            {
+                "field": problem.field,
+                "found": _json_value(problem.value),
+                "allowed": problem.allowed,
+                "fix": problem.fix,
+            }
+            for problem in error.problems
         ]
-    return as_json(told)
+    return as_json(report)
 
 
-def _told(value: Value) -> Value:
+def _json_value(value: Value) -> Value:
     return value if value is None or isinstance(value, bool | int | float | str) else repr(value)
 
 
 def _plain(value: Value) -> Value:
     if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     if hasattr(value, "tolist"):  # of numpy
         return _plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

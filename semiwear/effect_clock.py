@@ -17,7 +17,7 @@ class EffectClock:
 
     @contextmanager
     def measure(self, effect: str) -> Iterator[None]:
-        """Count what is done inside."""
+        """Add the time of the work inside."""
         begin = time.perf_counter()
         try:
             yield

@@ -1,11 +1,11 @@
-"""Emulators: a Gaussian process that answers in place of a dear run, and says how far it may be off.
+"""Emulators: a Gaussian process in place of costly runs, with an error bound.
 
-The process has a linear trend, a Matern 5/2 covariance with a length for each input, and a nugget for what is rough
-from run to run (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, ch. 2 and 4; scikit-learn fits
-it by maximum likelihood). Its error is that of leaving each run out (ibid., eq. 5.10 to 5.12): the stated one is the
-smallest that as many of those errors keep as are asked for, counted so that a fresh run keeps it as often (conformal
-prediction, Vovk et al. 2005, Algorithmic Learning in a Random World; Barber et al. 2021, Ann. Stat. 49, 486-507).
-Covariance lengths are not fitted anew for each run that is left out.
+The process has a linear trend, a Matern 5/2 covariance with a length for each input, and a nugget for the scatter
+between runs (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, ch. 2 and 4; scikit-learn fits it
+by maximum likelihood). Its error is found by leaving each run out (ibid., eq. 5.10 to 5.12): the stated error is the
+smallest bound of the required fraction of those errors, counted so that the same fraction of new runs is within it
+(conformal prediction, Vovk et al. 2005, Algorithmic Learning in a Random World; Barber et al. 2021, Ann. Stat. 49,
+486-507). Covariance lengths are not fitted again for each run that is left out.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from semiwear.untyped import Value
 __all__ = ["CONFIDENCE", "LEAST_RUNS", "Emulator", "emulator_of", "kept_by", "require_emulator"]
 
 CONFIDENCE = 0.95
-"""Share of fresh runs that keep the stated error."""
+"""Fraction of new runs within the stated error."""
 
 LEAST_RUNS = 19
-"""Runs that tell an error which 95 % keep."""
+"""Least number of runs for an error bound of 95 %."""
 
 _SAME = 1e-10  # relative: a quantity that varies by less is constant
 
 
 @dataclass(frozen=True)
 class Emulator:
-    """A number as a function of some inputs, learnt from runs; made by `emulator_of`.
+    """A number as a function of some inputs, fitted to runs by `emulator_of`.
 
     Attributes
     ----------
     error : float
-        Stated error: a fresh run at inputs like those of the runs is within it with a probability of 95 %.
+        Stated error: a new run at inputs like those of the runs is within it with a probability of 95 %.
     deviation : float
         Standard deviation of the number over the runs.
     left_out : array (run,)
@@ -102,23 +102,27 @@ def emulator_of(inputs: FloatArray, values: FloatArray) -> Emulator:
     process = _fitted(inputs, (values - mean) / deviation)
     inverse = cho_solve((process.L_, True), np.eye(values.size))
     left_out = deviation * process.alpha_ / np.diag(inverse)
-    told, weights = process.kernel_.get_params(), deviation * process.alpha_
-    trend, lengths = told["k1__k1__k1__constant_value"], np.asarray(told["k1__k2__k2__length_scale"])
-    constant = mean + trend * told["k1__k1__k2__sigma_0"] ** 2 * float(weights.sum())
+    fitted, weights = process.kernel_.get_params(), deviation * process.alpha_
+    trend, lengths = fitted["k1__k1__k1__constant_value"], np.asarray(fitted["k1__k2__k2__length_scale"])
+    constant = mean + trend * fitted["k1__k1__k2__sigma_0"] ** 2 * float(weights.sum())
     found = _Process(
-        constant, trend * (weights @ inputs), lengths, inputs / lengths, told["k1__k2__k1__constant_value"] * weights
+        constant,
+        trend * (weights @ inputs),
+        lengths,
+        inputs / lengths,
+        fitted["k1__k2__k1__constant_value"] * weights,
     )
     return Emulator(kept_by(left_out), deviation, left_out, found)
 
 
 def kept_by(errors: FloatArray) -> float:
-    """The error that a share of fresh runs keep, from those of runs that were left out; infinite from too few."""
+    """Bound of the errors of new runs, from the errors of runs that were left out; infinite for too few runs."""
     rank = ceil((errors.size + 1) * CONFIDENCE)
     return float(np.sort(np.abs(errors))[rank - 1]) if rank <= errors.size else float("inf")
 
 
 def require_emulator() -> None:
-    """Raise `MissingExtraError` where there is nothing to fit an emulator with."""
+    """Raise `MissingExtraError` if the package that fits emulators is missing."""
     if find_spec("sklearn") is None:
         raise MissingExtraError("scikit-learn", "infer", "an emulator")
 
@@ -135,6 +139,6 @@ def _fitted(inputs: FloatArray, values: FloatArray) -> Value:
     smooth = ConstantKernel(1.0, (1e-4, 1e3)) * Matern(lengths, (0.05, 50.0), nu=2.5)
     kernel = trend + smooth + WhiteKernel(1e-4, (1e-9, 1.0))
     process = GaussianProcessRegressor(kernel, alpha=1e-10, n_restarts_optimizer=1, random_state=0)
-    with warnings.catch_warnings():  # a length at its bound says that an input hardly matters
+    with warnings.catch_warnings():  # a length at its bound means that an input hardly matters
         warnings.simplefilter("ignore", ConvergenceWarning)
         return process.fit(inputs, values)

@@ -1,4 +1,4 @@
-"""Errors of semiwear. Each says what was wrong and what to change."""
+"""Errors of semiwear, whose messages give the fault and the remedy."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ __all__ = [
 
 
 class SemiwearError(Exception):
-    """Base class of everything that semiwear raises on purpose."""
+    """Base class of the errors that semiwear raises."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a scene.
+    """A fault of a scene.
 
     Attributes
     ----------
     field : str
         Dotted key, e.g. ``"gear_pair.module_mm"``.
     value : object
-        What the scene holds there (``None`` when the field is missing).
+        Value in the scene (``None`` when the field is missing).
     allowed : str
         The allowed range or choice, in words.
     fix : str
         The likely remedy.
     default : bool
-        Whether the value is the field's default, which nobody typed.
+        Whether the value is the field's default, not given in the scene.
     """
 
     field: str
@@ -72,12 +72,12 @@ class SceneError(SemiwearError, ValueError):
 
 
 class ConvergenceError(SemiwearError, RuntimeError):
-    """An iteration did not reach its tolerance; the message says where and what to try.
+    """An iteration did not reach its tolerance; the message gives the place and a remedy.
 
     Attributes
     ----------
     result : DataTree or None
-        What was finished before, when a run of several steps stopped.
+        Finished part of a run of several steps.
     """
 
     def __init__(self, message: str, result: DataTree | None = None):
@@ -86,7 +86,7 @@ class ConvergenceError(SemiwearError, RuntimeError):
 
 
 class EndlessWearError(ConvergenceError):
-    """Wear never reaches the depth at which a life or a run ends: the flank wears no further.
+    """Wear does not reach the depth at which a life or a run ends: the flank wears no further.
 
     Attributes
     ----------

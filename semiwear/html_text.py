@@ -21,5 +21,5 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str 
 
 
 def folded_html(title: str, content: str) -> str:
-    """HTML that is folded away behind one line."""
+    """HTML that is collapsed to its title."""
     return f"<details><summary>{escape(title)}</summary>{content}</details>"

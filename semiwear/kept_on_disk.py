@@ -1,7 +1,7 @@
-"""Results that take seconds and follow from their arguments alone, kept in files between runs.
+"""Disk cache of results that take seconds and depend on their arguments only.
 
 The compliance of teeth takes most of a short run, and depends on their sections and materials alone. The folder is
-that of a user's caches, or what SEMIWEAR_CACHE_DIR names; `off` keeps nothing. Files are read as Python objects:
+that of a user's caches, or the one named by SEMIWEAR_CACHE_DIR (`off`: none). Files are read as Python objects:
 a folder that others can write is not used.
 """
 
@@ -30,11 +30,11 @@ Result = TypeVar("Result")
 
 _VARIABLE = "SEMIWEAR_CACHE_DIR"
 _OFF = "off"
-_MOST_BYTES = 500_000_000  # of all files; the longest unused ones go first
+_MOST_BYTES = 500_000_000  # of all files; those unused for longest are removed first
 
 
 def kept_on_disk(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Let a function's results be read again where the same code was called with equal arguments.
+    """Decorator that reads a function's results from files if the same code was called with equal arguments.
 
     Arguments and results are made of numbers, strings, arrays, tuples and dataclasses of such. A file that cannot be
     read is computed anew, and what cannot be written is not kept.
@@ -51,7 +51,7 @@ def kept_on_disk(function: Callable[Arguments, Result]) -> Callable[Arguments, R
         try:
             found = cast(Result, pickle.loads(path.read_bytes()))
             os.utime(path)
-        except Exception:  # whatever a damaged file makes of itself
+        except Exception:  # a damaged file may raise anything
             found = function(*args, **kwargs)
             _write(path, pickle.dumps(found, protocol=5))
         return found
@@ -60,7 +60,7 @@ def kept_on_disk(function: Callable[Arguments, Result]) -> Callable[Arguments, R
 
 
 def _add(key: hashlib._Hash, value: object) -> None:
-    """Add a value to a digest, so that values which differ anywhere are told apart."""
+    """Add a value to a digest, so that values which differ anywhere have different digests."""
     if isinstance(value, np.ndarray):
         key.update(f"{value.dtype.str}{value.shape}".encode() + value.tobytes())
     elif isinstance(value, tuple):
@@ -74,23 +74,23 @@ def _add(key: hashlib._Hash, value: object) -> None:
     elif value is None or isinstance(value, bool | int | float | str):
         key.update(f"{type(value).__name__} {value!r};".encode())
     else:
-        raise TypeError(f"cannot tell values of type {type(value).__name__} apart")
+        raise TypeError(f"cannot distinguish values of type {type(value).__name__}")
 
 
 def _folder() -> Path | None:
-    """The folder, made if need be; None where nothing is kept."""
+    """The folder, created if missing; None if results are not kept."""
     named = os.environ.get(_VARIABLE)
     if named == _OFF:
         return None
     try:
-        folder = Path(named) if named else _usual_folder()
+        folder = Path(named) if named else _default_folder()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         return folder if _private(folder) else None
     except (OSError, RuntimeError):  # the latter: no home
         return None
 
 
-def _usual_folder() -> Path:
+def _default_folder() -> Path:
     if os.name == "nt":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "semiwear" / "cache"
     if sys.platform == "darwin":
@@ -99,16 +99,16 @@ def _usual_folder() -> Path:
 
 
 def _private(folder: Path) -> bool:
-    """Whether no one else can write there."""
+    """Whether only this user can write there."""
     if os.name == "nt":
-        return True  # a user's own folder is, and others were named by the user
+        return True  # the default folder is private, others were chosen by the user
     found = folder.stat()
     return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 @lru_cache(maxsize=8)
 def _code(module: str) -> str:
-    """Digest of the sources beside a module, and of the versions of what computes there."""
+    """Digest of the sources beside a module, and of the versions of the libraries that they use."""
     here = Path(cast(str, sys.modules[module].__file__)).parent
     sha256 = hashlib.sha256("".join(version(name) for name in ("numpy", "scipy", "scikit-fem")).encode())
     for path in sorted(here.glob("*.py")):
@@ -117,7 +117,7 @@ def _code(module: str) -> str:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all, and let the longest unused ones go where there is too much."""
+    """Write a file whole or not at all, and remove those unused for longest above the limit."""
     part = path.with_name(f"{path.name}.{uuid.uuid4().hex}.part")
     with suppress(OSError):
         try:

@@ -1,8 +1,8 @@
 """The decorator of kernels, and where numba keeps what it compiles.
 
 numba looks for a folder that it can write: NUMBA_CACHE_DIR, beside the sources, in the user's home. In a container or
-under a service account there may be none, and it would refuse to declare a kernel at all. Then a private folder
-for temporary files takes them.
+under a service account there may be none, and it would refuse to declare a kernel at all. A private folder for
+temporary files is then used.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from numba.core import event
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ZERO", "ensure_cache", "inner_njit", "keep_apart", "njit", "telling_of_compilation"]
+__all__ = ["ZERO", "ensure_cache", "inner_njit", "keep_apart", "njit", "on_first_compilation"]
 
 
 def _counting(counted: bool) -> dict[str, bool]:
-    """Option of numba to count references or not; none where it knows none: inner kernels are slower then."""
+    """Option of numba to count references or not; empty if it has none, with which inner kernels are slower."""
     try:
         from numba.core.cpu import CPUTargetOptions
     except ImportError:
@@ -35,28 +35,28 @@ def _counting(counted: bool) -> dict[str, bool]:
 
 
 njit = partial(numba.njit, no_cfunc_wrapper=True, fastmath=False, **_counting(True))
-"""The decorator of kernels: without an entry for C, which nothing calls and an eighth of compilation goes to.
+"""The decorator of kernels: without the entry for C, which is not used and takes an eighth of compilation.
 
-Sums are reordered in the kernels that say so themselves. Where nothing is said, numba takes it from whichever kernel
+Sums are reordered only in kernels that state so. Without a statement, numba would take the option of whichever kernel
 is the first to call this one.
 """
 inner_njit = partial(njit, **_counting(False))
 """The decorator of kernels that others call in their loops: they work in memory that they are given.
 
-numba counts references whenever a part of an array is read, a third of the time of such a kernel. Where nothing is
-made and no array is handed back there is nothing to count. numba refuses to compile a kernel of this kind that makes
-an array; that none returns an array, or calls what does, is for a test to hold.
+numba counts references whenever a part of an array is read, which takes a third of the time of such a kernel. A
+kernel that creates and returns no array needs no counts. numba refuses to compile a kernel of this kind that creates
+an array; a test checks that none returns an array, or calls a kernel that does.
 """
 ZERO = np.int64(0)
-"""Where kernels begin to count: numba compiles anew for a plain 0 that is handed on, which is a type of its own."""
+"""First index in kernels: numba compiles again for a plain 0 that is passed on, which is a type of its own."""
 
 
 def _kernel() -> None:
-    """Stands for all kernels."""
+    """A kernel to test the declaration of kernels with."""
 
 
 def ensure_cache() -> None:
-    """Let numba have a folder that it can write.
+    """Give numba a folder that it can write.
 
     Raises
     ------
@@ -82,9 +82,9 @@ def ensure_cache() -> None:
 
 
 def keep_apart(name: str) -> None:
-    """Keep kernels that are declared from here on in a folder of their own, apart from those of the usual kind.
+    """Keep kernels that are declared from here on in a separate folder.
 
-    numba does not see that a function which a kernel calls is another one than when the kernel was compiled.
+    numba does not notice that a function which a kernel calls has changed since the kernel was compiled.
     """
     folder = Path(numba.config.CACHE_DIR or _private_folder()) / name  # type: ignore[attr-defined]
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -94,23 +94,23 @@ def keep_apart(name: str) -> None:
 class _FirstCompilation(event.Listener):
     """Calls a function when the first kernel is compiled, rather than found in its folder."""
 
-    def __init__(self, tell: Callable[[], None]):
-        self._tell, self._told = tell, False
+    def __init__(self, call: Callable[[], None]):
+        self._call, self._called = call, False
 
     def on_start(self, event: event.Event) -> None:
-        """A kernel is about to be compiled."""
-        if not self._told:
-            self._told = True
-            self._tell()
+        """Call the function before the first compilation."""
+        if not self._called:
+            self._called = True
+            self._call()
 
     def on_end(self, event: event.Event) -> None:
-        """It has been."""
+        """Do nothing after a compilation."""
 
 
 @contextmanager
-def telling_of_compilation(tell: Callable[[], None]) -> Iterator[None]:
-    """Call `tell` once if kernels have to be compiled inside."""
-    listener = _FirstCompilation(tell)
+def on_first_compilation(call: Callable[[], None]) -> Iterator[None]:
+    """Call a function once if kernels have to be compiled inside."""
+    listener = _FirstCompilation(call)
     event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
     try:
         yield
@@ -128,7 +128,7 @@ def _works() -> bool:
 
 
 def _private_folder() -> str:
-    """A folder that no one else can write: numba runs what it finds there. An earlier process's serves again."""
+    """A folder that only this user can write, as numba runs its content; an earlier process's if there is one."""
     user = getattr(os, "getuid", lambda: "user")()
     folder = Path(tempfile.gettempdir()) / f"semiwear-kernels-{user}"
     try:

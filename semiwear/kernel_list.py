@@ -1,7 +1,7 @@
-"""The list of kernels that first runs compile, `kernel_list.txt`: which, and with what types of arguments.
+"""The list of kernels that first runs compile, `kernel_list.txt`, with the types of their arguments.
 
-numba learns these types when a kernel is called. By the list it is compiled before, in whichever process has time.
-``python -m validation.kernel_list`` writes the list. A kernel that it lacks, or tells of what is not so any more, is
+numba learns these types when a kernel is called. With the list it is compiled before, in any of several processes.
+``python -m validation.kernel_list`` writes the list. A kernel that is not listed, or whose line is out of date, is
 compiled when it is called.
 
 A line names a structure or a tuple of arguments, or a kernel::
@@ -41,10 +41,10 @@ class ListedKernel:
     runs : tuple of str
         Kinds of run that need it.
     called : bool
-        Whether Python calls it, rather than other kernels alone.
+        Whether Python calls it, not only other kernels.
     kernel : dispatcher of numba
     types : tuple of types.Type
-        numba's, of its arguments.
+        numba types of its arguments.
     """
 
     runs: tuple[str, ...]
@@ -54,9 +54,9 @@ class ListedKernel:
 
 
 def kernel_list(run: str | None = None) -> list[ListedKernel]:
-    """The kernels of a kind of run, or all, none before those that it calls.
+    """The kernels of a kind of run, or all, each after those that it calls.
 
-    Otherwise those are first on which most of the compilation waits. Lines that are not so any more are left out.
+    Otherwise those come first on which most of the compilation waits. Lines that are out of date are left out.
     """
     parts = {words[1]: words[2:] for words in lines() if words[0] in ("structure", "tuple")}
     found = []
@@ -99,6 +99,6 @@ def _type(argument: str, parts: Mapping[str, list[str]]) -> CompilerPart:
 
 
 def named(name: str) -> CompilerPart:
-    """The kernel or structure of a name, MODULE:NAME, in semiwear."""
+    """The kernel or structure with a name MODULE:NAME in semiwear."""
     module, _, attribute = name.partition(":")
     return getattr(import_module(f"semiwear.{module}"), attribute)

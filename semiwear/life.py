@@ -1,13 +1,13 @@
 """Life until wear reaches a depth, and what it depends on: table `[effects.run_life]`.
 
-The flanks are worn anew, from unworn, in implicit steps of about equal depth, each in two stages: a life of 8 um
-comes out 8 % too long in three plain ones, 1 % in three of two stages. The last one ends where the greatest wear
-depth of a body's flank is the limit. Where the run itself ends does not matter.
+The flanks are worn again, from unworn, in implicit steps of about equal depth, each in two stages: a life of 8 um
+is 8 % too long in three plain steps, 1 % in three of two stages. The last one ends where the greatest wear depth of a
+body's flank is the limit. The end of the run itself does not matter.
 
-Other torques take the same steps once more; the depth at their end, which is near the limit, and the wear rate there
-tell their lives. The wear coefficient takes none: a life is exactly inverse to it.
+Other torques take the same steps once more; their lives follow from the depth at the end, which is near the limit,
+and the wear rate there. The wear coefficient needs none: a life is exactly inverse to it.
 
-Names and units of what is told here are written in `semiwear.results.schema`.
+Names and units of the results are defined in `semiwear.results.schema`.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["Life", "find_life", "hours_per_mesh", "life_group", "step_lengths_to"]
 
-Heard = Callable[[int, int, str], None]
-"""Hears how many steps are done, of how many, and what they are."""
+ReportStep = Callable[[int, int, str], None]
+"""Called with the number of steps done, their total, and a description."""
 
-_WEAR = "wear"  # what ends a life that no failure mode ends
-_TORQUE_CHANGE = 0.05  # to either side: from one node to the next the greatest depth leaves 0.2 % of the life open
+_WEAR = "wear"  # end of a life that no failure mode ends
+_TORQUE_CHANGE = 0.05  # to either side: the grid's resolution of the greatest depth is 0.2 % of the life
 _TOLERANCE = 1e-5  # of the limit
 _ITERATIONS = 40
-_JUMP = 1e-3  # of the limit: where a footprint moves from one border to another, depths jump by less
-_NEAR = 0.03  # of the limit: a depth missed by less is made good by the wear rate there, to the square of that
+_JUMP = 1e-3  # of the limit: depths jump by less where a footprint moves from one border to another
+_NEAR = 0.03  # of the limit: a smaller difference in depth is corrected with the wear rate, to second order
 
 
 @dataclass(frozen=True)
@@ -53,12 +53,12 @@ class Life:
     hours : float or None
         Running time; None where the scene gives no speed.
     sensitivity_to_wear_coefficient : float
-        Relative change of the life over that of the wear coefficients of both bodies together. Exactly -1: wear knows
-        the coefficient only times the meshes, and every law is a factor on that product.
+        Relative change of the life over that of the wear coefficients of both bodies together. Exactly -1: wear
+        depends on the product of coefficient and meshes, and every law is a factor on that product.
     sensitivity_to_torque : float
         Relative change of the life over that of the torque, or of all torques of a spectrum together.
     states : tuple of WearState
-        From unworn flanks to the limit, after the steps in which it was found.
+        From unworn flanks to the limit, after the steps of the search.
     """
 
     limit: float
@@ -70,17 +70,17 @@ class Life:
 
 
 def life_group(
-    physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: Heard | None = None
+    physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: ReportStep | None = None
 ) -> dict[str, np.ndarray]:
-    """Arrays of the group `/life`; none where the scene has no `[effects.run_life]`.
+    """Arrays of the group `/life`; empty if the scene has no `[effects.run_life]`.
 
     Parameters
     ----------
     physics : Plan
     teeth : LoadedTeeth
     stepper : WearStepper
-    heard : callable, optional
-        Hears of every step of the search: how many are done, how many there are, and what it is.
+    report : callable, optional
+        Called after every step of the search with the steps done, their total, and a description.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def life_group(
     if physics.scene.effects.run_life is None:
         return {}
     with physics.clock.measure("run_life"):
-        life = find_life(physics, teeth, stepper, heard)
+        life = find_life(physics, teeth, stepper, report)
     ended = _end_of(physics, stepper, life) if physics.scene.effects.run_life.ends_at == "first_failure" else {}
     arrays = {
         "depth_limit": np.asarray(1e3 * life.limit),
@@ -116,51 +116,51 @@ def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.nda
     return arrays | ({} if per_mesh is None else {"hours_to_end": np.asarray(end * per_mesh)})
 
 
-def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: Heard | None = None) -> Life:
-    """The life that `[effects.run_life]` asks for; `heard` as in `life_group`.
+def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: ReportStep | None = None) -> Life:
+    """The life defined by `[effects.run_life]`; `report` as in `life_group`.
 
     Raises
     ------
     ConvergenceError
-        If the flank cannot be worn to the limit; it says why and what to change. `EndlessWearError` where the flank
-        wears no further, so that its life is longer than any.
+        If the flank cannot be worn to the limit, with reason and remedy. `EndlessWearError` if the flank wears no
+        further, so that its life is endless.
     """
     scene = physics.scene
     table = scene.effects.run_life
     assert table is not None
     body, limit = BODIES.index(table.body), 1e-3 * table.depth_limit_um
     count = life_steps_for_depth(limit, teeth.pair.base_pitch)
-    told = _Told(heard, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
-    way = None
+    counter = _Counter(report, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
+    path = None
     try:
-        told.part("", count + SEARCH_STEPS)
-        way = _way_to(replace(stepper, implicit=True), body, limit, None, told)
-        told.finish_part()
+        counter.part("", count + SEARCH_STEPS)
+        path = _path_to(replace(stepper, implicit=True), body, limit, None, counter)
+        counter.finish_part()
         factors = (1.0 - _TORQUE_CHANGE, 1.0 + _TORQUE_CHANGE)
-        # the same steps at other torques, so that what they leave out cancels in the difference
+        # the same steps at other torques, so that their errors cancel in the difference
         lives = []
         for factor in factors:
-            told.part(f" at {factor:g} of the torque", count)
-            lives.append(_life_along(_under(physics, factor), body, limit, way, factor, told))
-            told.finish_part()
+            counter.part(f" at {factor:g} of the torque", count)
+            lives.append(_life_along(_under(physics, factor), body, limit, path, factor, counter))
+            counter.finish_part()
         low, high = lives
     except ConvergenceError as error:
         message = (
             f"[effects.run_life] finds no life of the {table.body} until {table.depth_limit_um:g} um: {error}; for "
             "the life, lower effects.run_life.depth_limit_um"
         )
-        if way is None and isinstance(error, EndlessWearError):
+        if path is None and isinstance(error, EndlessWearError):
             raise EndlessWearError(message, life=True) from error
         raise ConvergenceError(message) from error
-    meshes, per_mesh = sum(way.lengths), hours_per_mesh(scene, teeth.pair)
+    meshes, per_mesh = sum(path.lengths), hours_per_mesh(scene, teeth.pair)
     hours = None if per_mesh is None else meshes * per_mesh
-    return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]), tuple(way.states))
+    return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]), tuple(path.states))
 
 
 def hours_per_mesh(scene: Scene, pair: FlankPair) -> float | None:
     """Running time of an engagement of one gear tooth [h]; None where the scene gives no speed."""
     speed = scene.operation.pinion_speed_rpm
-    # a driven tooth meshes once a turn of its body, which takes as many turns of the pinion as the ratio says
+    # a driven tooth meshes once per turn of its body, which takes `driving_meshes` turns of the pinion
     return None if speed is None else pair.driving_meshes / (60.0 * speed)
 
 
@@ -176,7 +176,7 @@ def step_lengths_to(
     body : int
     limit : float [mm]
     lengths : sequence of float, optional
-        Steps to take [meshes], of which the last to begin before the limit ends there. Default: steps that add
+        Steps to take [meshes]; the step that reaches the limit ends there. Default: steps that add
         about equal depths.
 
     Raises
@@ -184,54 +184,56 @@ def step_lengths_to(
     ConvergenceError
         If the flank stops wearing before the limit.
     """
-    return _way_to(stepper, body, limit, lengths, _Told(None, 0, "")).lengths
+    return _path_to(stepper, body, limit, lengths, _Counter(None, 0, "")).lengths
 
 
-class _Told:
-    """Counts steps of a search that has several parts, whose lengths are known about, and tells of them."""
+class _Counter:
+    """Counts and reports the steps of a search of several parts, whose lengths are estimated."""
 
-    def __init__(self, heard: Heard | None, total: int, what: str) -> None:
-        self._heard, self._total, self._what = heard, total, what
+    def __init__(self, report: ReportStep | None, total: int, text: str) -> None:
+        self._report, self._total, self._text = report, total, text
         self._done = self._end = 0
         self._part = ""
 
     def part(self, name: str, steps: int) -> None:
-        """A part of about so many steps begins."""
+        """Begin a part of about `steps` steps."""
         self._part, self._end = name, self._done + steps
 
     def step(self) -> None:
-        """One step is taken; those beyond what was expected count no more."""
+        """Count a step; those beyond the estimate are not counted."""
         if self._done < self._end - 1:
             self._done += 1
-            self._tell()
+            self._call()
 
     def finish_part(self) -> None:
-        """The part is done, whether or not it took as many steps."""
+        """Count all estimated steps of the part as done."""
         self._done = self._end
-        self._tell()
+        self._call()
 
-    def _tell(self) -> None:
-        if self._heard is not None:
-            self._heard(self._done, self._total, f"{self._what}{self._part}")
+    def _call(self) -> None:
+        if self._report is not None:
+            self._report(self._done, self._total, f"{self._text}{self._part}")
 
 
 @dataclass(frozen=True)
-class _Way:
-    """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and the states that they pass."""
+class _Path:
+    """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and their states."""
 
     lengths: list[float]
     rate: float
     states: list[WearState]
 
 
-def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[float] | None, told: _Told) -> _Way:
+def _path_to(
+    stepper: WearStepper, body: int, limit: float, lengths: Sequence[float] | None, count: _Counter
+) -> _Path:
     scheme, now, taken = TwoStageStepper(stepper), 0.0, list[float]()
     state = scheme.start()
     passed = [state]
 
     def worn(begin: WearState, length: float) -> WearState:
         end = scheme.step(begin, length)
-        told.step()
+        count.step()
         return end
 
     steps = len(lengths) if lengths is not None else life_steps_for_depth(limit, stepper.teeth.pair.base_pitch)
@@ -258,29 +260,29 @@ def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[flo
         return depths[-1][1] - limit
 
     last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
-    # of the last step's end: from the length tried last, and from the one before, or one beyond what depths jump by
+    # slope at the end: between the last length and the one before, or one whose depth differs by more than a jump
     length_1, depth_1 = depths[-1]
     jumped = abs(depth_1 - limit) > _TOLERANCE * limit
-    apart = (one for one in depths[-2::-1] if not jumped or abs(one[1] - depth_1) > _JUMP * limit)
+    apart = (entry for entry in depths[-2::-1] if not jumped or abs(entry[1] - depth_1) > _JUMP * limit)
     length_0, depth_0 = next(apart, depths[0])
     slope = (depth_1 - depth_0) / (length_1 - length_0) if length_1 != length_0 else rate
-    return _Way([*taken, last], slope if slope > 0.0 else rate, [*passed, tried[last]])
+    return _Path([*taken, last], slope if slope > 0.0 else rate, [*passed, tried[last]])
 
 
-def _life_along(stepper: WearStepper, body: int, limit: float, way: _Way, factor: float, told: _Told) -> float:
-    """Life in the steps of another torque's way, `factor` times as great: each that much shorter.
+def _life_along(stepper: WearStepper, body: int, limit: float, path: _Path, factor: float, count: _Counter) -> float:
+    """Life at `factor` times the torque of a known path, in its steps divided by the factor.
 
-    What a step wears is about in proportion to both, so that the depth at the end is near the limit.
+    The wear of a step is about proportional to torque and length, so that the depth at the end is near the limit.
     """
-    scheme, lengths = TwoStageStepper(stepper), [length / factor for length in way.lengths]
+    scheme, lengths = TwoStageStepper(stepper), [length / factor for length in path.lengths]
     state = scheme.start()
     for length in lengths:
         state = scheme.step(state, length)
-        told.step()
+        count.step()
     missed = limit - _greatest(state, body)
     if abs(missed) > _NEAR * limit:
-        return sum(_way_to(stepper, body, limit, lengths, told).lengths)
-    return sum(lengths) + missed / (factor * way.rate)
+        return sum(_path_to(stepper, body, limit, lengths, count).lengths)
+    return sum(lengths) + missed / (factor * path.rate)
 
 
 def _greatest(state: WearState, body: int) -> float:
@@ -303,7 +305,7 @@ def _under(physics: Plan, factor: float) -> WearStepper:
     torque = factor * scene.operation.pinion_torque_Nm
     spectrum = scene.effects.load_spectrum
     if spectrum is not None:
-        spectrum = replace(spectrum, torques_Nm=tuple(factor * one for one in spectrum.torques_Nm))
+        spectrum = replace(spectrum, torques_Nm=tuple(factor * torque for torque in spectrum.torques_Nm))
     other = plan(
         replace(
             scene,
@@ -340,11 +342,11 @@ def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, t
 
 
 def _inverse_at_zero(known: Sequence[tuple[float, float]]) -> float:
-    """Where the polynomial x(y) through points (x, y) has y = 0; NaN where two of them are as high."""
+    """Value at y = 0 of the polynomial x(y) through points (x, y); NaN if two of them have equal y."""
     places, values = np.array(known).T
     others = ~np.eye(len(known), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = [
+        weights = [
             np.prod(values[other] / (values[other] - value)) for other, value in zip(others, values, strict=True)
         ]
-        return float(np.dot(shares, places))
+        return float(np.dot(weights, places))

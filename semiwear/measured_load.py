@@ -1,7 +1,7 @@
-"""Measured torque over time, as the load spectrum of a scene and as cycles (extra ``loads``).
+"""Measured torque over time, as load spectrum of a scene and as cycles (extra ``loads``).
 
 Wear counts meshes: a second at twice the speed counts twice. A spectrum's torques are means over the meshes of each
-level, so that the mean torque, to which wear is about proportional, is that of the measurement whatever the levels.
+level, so that the mean torque, to which wear is about proportional, is that of the measurement for any levels.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class MeasuredLoad:
     torque : array (sample,) [N m]
         On the pinion; positive on the drive flank.
     speed : array (sample,) [rev/min]
-        Of the pinion; all 1 where it was not measured, so that meshes count as time does.
+        Of the pinion; all 1 if it was not measured, so that meshes are proportional to time.
     weight : array (sample,)
-        Share of all meshes, with any torque or none, that each sample stands for.
+        Share of each sample in all meshes, loaded or not.
     """
 
     time: FloatArray
@@ -57,7 +57,7 @@ class MeasuredLoad:
     weight: FloatArray
 
     def loaded_share(self, flank: str = "drive") -> float:
-        """Share of all meshes in which a flank bears a torque: a life in those is this share of a life in all."""
+        """Share of loaded meshes of a flank in all meshes: a life counted in those is this share of a life in all."""
         return float(self.weight[self._on(flank) > 0.0].sum())
 
     def spectrum(self, levels: int = 20, flank: str = "drive") -> Table:
@@ -66,9 +66,9 @@ class MeasuredLoad:
         Parameters
         ----------
         levels : int
-            Even levels from 0 to the greatest torque; those that never occur are left out.
+            Number of equal levels from 0 to the greatest torque; those without samples are left out.
         flank : str
-            ``"drive"`` for positive torques, ``"coast"`` for negative ones, whose size counts.
+            ``"drive"`` for positive torques, ``"coast"`` for negative ones, taken by magnitude.
 
         Raises
         ------
@@ -84,11 +84,11 @@ class MeasuredLoad:
             )
         torque, weight = torque[bears], self.weight[bears]
         level = np.minimum((torque / torque.max() * levels).astype(int), levels - 1)
-        share = np.bincount(level, weight, levels)
+        level_weight = np.bincount(level, weight, levels)
         work = np.bincount(level, weight * torque, levels)
-        kept = share > 0.0
-        shares = share[kept] / share.sum()
-        return {"torques_Nm": (work[kept] / share[kept]).tolist(), "shares": shares.tolist()}
+        kept = level_weight > 0.0
+        shares = level_weight[kept] / level_weight.sum()
+        return {"torques_Nm": (work[kept] / level_weight[kept]).tolist(), "shares": shares.tolist()}
 
     def cycles(self, levels: int = 64) -> xr.Dataset:
         """Cycles of the torque by rainflow counting, for stress that follows the torque.
@@ -98,7 +98,7 @@ class MeasuredLoad:
         Parameters
         ----------
         levels : int
-            Even levels of the range, from 0 to the greatest.
+            Number of equal levels of the range, from 0 to the greatest.
 
         Returns
         -------
@@ -129,12 +129,12 @@ class MeasuredLoad:
         count = np.bincount(level, found[:, 2], levels)
         kept = count > 0.0
         means = [np.bincount(level, found[:, 2] * found[:, k], levels)[kept] / count[kept] for k in (0, 1)]
-        told = {"units": "N m", "references": _ASTM}
+        attrs = {"units": "N m", "references": _ASTM}
         return xr.Dataset(
             {
                 "count": ("level", count[kept], {"units": "1", "long_name": "cycles", "references": _ASTM}),
-                "range": ("level", means[0], {**told, "long_name": "range of the torque, from least to greatest"}),
-                "mean": ("level", means[1], {**told, "long_name": "mean torque of a cycle"}),
+                "range": ("level", means[0], {**attrs, "long_name": "range of the torque, from least to greatest"}),
+                "mean": ("level", means[1], {**attrs, "long_name": "mean torque of a cycle"}),
             }
         )
 
@@ -158,14 +158,14 @@ def measured_load(
         A CSV file or a table with the columns `torque_Nm` and, as far as measured, `time_s` and `speed_rpm`; or the
         torque on the pinion [N m].
     time : array_like (sample,), optional
-        Beside an array of torques: rising times [s]. Default: even ones.
+        With an array of torques: rising times [s]. Default: evenly spaced.
     speed : array_like (sample,), optional
-        Beside an array of torques: pinion speed [rev/min], of either sign. Default: the same throughout.
+        With an array of torques: pinion speed [rev/min], of either sign. Default: constant.
 
     Raises
     ------
     SceneError
-        With everything that is wrong: columns, lengths, missing values, times that do not rise.
+        With all faults: columns, lengths, missing values, times that do not rise.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def measured_load(
     at = read.get("time_s", np.arange(float(size)))
     turning = np.abs(read.get("speed_rpm", np.ones(size)))
     gaps = np.diff(at)
-    # each sample stands for half the way to its neighbours
+    # each sample counts for half the distance to its neighbours
     weight = turning * 0.5 * (np.concatenate([gaps, [0.0]]) + np.concatenate([[0.0], gaps]))
     if weight.sum() <= 0.0:
         raise SceneError.of("speed_rpm", "0 throughout", "a pinion that turns", "give its speed, or leave it out")
@@ -231,7 +231,7 @@ def _from_file(path: Path) -> dict[str, FloatArray]:
             head = opened.readline()
             separator = separator_of(head)
             names = [name.strip().strip('"') for name in head.split(separator)]
-            # beside semicolons and tabs commas are decimal ones
+            # with semicolons or tabs, commas are decimal ones
             numbers = opened if separator == "," else (line.replace(",", ".") for line in opened)
             rows = np.loadtxt(numbers, delimiter=separator, ndmin=2)
     except (OSError, ValueError, UnicodeDecodeError) as error:
@@ -253,7 +253,7 @@ def _meant(name: str) -> str:
 
 def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
     try:
-        found: FloatArray = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)  # what is masked is missing
+        found: FloatArray = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)  # masked values are missing
     except (TypeError, ValueError) as error:
         problems.append(Problem(name, shown(values), "numbers", str(error)))
         return np.zeros(0)
@@ -261,18 +261,18 @@ def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArra
         problems.append(Problem(name, f"an array of shape {found.shape}", "one value a sample", "give one series"))
     missing = np.flatnonzero(~np.isfinite(found))
     if missing.size:
-        told = f"{missing.size} of {found.size} values are not finite, the first in sample {missing[0] + 1}"
-        problems.append(Problem(name, told, "finite numbers", "fill the gaps, or drop those samples"))
+        gaps = f"{missing.size} of {found.size} values are not finite, the first in sample {missing[0] + 1}"
+        problems.append(Problem(name, gaps, "finite numbers", "fill the gaps, or drop those samples"))
     return found.ravel()
 
 
-def _require_levels(levels: object, usual: int) -> None:
+def _require_levels(levels: object, default: int) -> None:
     if not is_whole(levels) or not 1 <= levels <= _MOST_LEVELS:
-        raise SceneError.of("levels", shown(levels), f"a whole number, 1 to {_MOST_LEVELS}", f"{usual} is usual")
+        raise SceneError.of("levels", shown(levels), f"a whole number, 1 to {_MOST_LEVELS}", f"{default} is usual")
 
 
 def _turning(values: FloatArray) -> BoolArray:
-    """Where a series turns, and its ends: all that cycles are made of; of equal neighbours the first."""
+    """Turning points and ends of a series, of which cycles consist; of equal neighbours the first."""
     keep = np.concatenate([[True], np.diff(values) != 0.0])
     places = np.flatnonzero(keep)
     steps = np.sign(np.diff(values[places]))

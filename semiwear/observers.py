@@ -1,7 +1,7 @@
-"""Quantities that effects tell of a loaded state without changing it: friction loss, temperature, oil film.
+"""Quantities of a loaded state that do not change it: friction loss, temperature, oil film.
 
-Names and units of what is told here are written in `semiwear.results.schema`. Greatest and least values are taken
-over the slices that count as away from edges.
+Names and units of the results are defined in `semiwear.results.schema`. Greatest and least values are taken over the
+slices that count as away from edges.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ Arrays = dict[str, np.ndarray]
 
 
 class Observer(Protocol):
-    """An effect that tells of a loaded state."""
+    """An effect that evaluates a loaded state."""
 
     @property
     def effect(self) -> str:
         """Name of the effect."""
 
     def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
-        """At every roll position."""
+        """Quantities at every roll position."""
 
     def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
-        """One value each, from what `engagement` told."""
+        """Quantities of the wear state, from those of `engagement`."""
 
 
 def _conditions(teeth: LoadedTeeth, state: LoadedState, speeds: SurfaceSpeeds) -> ContactConditions:
@@ -46,14 +46,14 @@ def _conditions(teeth: LoadedTeeth, state: LoadedState, speeds: SurfaceSpeeds) -
 
 
 def _greatest(values: FloatArray, pressure: SlicePressures) -> FloatArray:
-    """Greatest value away from edges at each roll position; 0 where nothing bears, NaN where edges alone do."""
+    """Greatest value away from edges at each roll position; 0 where no slice bears load, NaN where only edges do."""
     counts, borders = pressure.inner > 0.0, (pressure.border > 0.0).any(axis=1)
     greatest = np.max(values, axis=1, where=counts, initial=0.0)
     return np.where(borders & ~counts.any(axis=1), np.nan, greatest)
 
 
 def _least(values: FloatArray, counts: BoolArray) -> FloatArray:
-    """Least value of the slices that count at each roll position; NaN where none does."""
+    """Least value of the slices that count at each roll position; NaN where there are none."""
     least = np.min(values, axis=1, where=counts, initial=np.inf)
     return np.where(np.isfinite(least), least, np.nan)
 
@@ -67,19 +67,19 @@ class FrictionLoss:
     speeds : SurfaceSpeeds
     friction : Friction
     power : float [W]
-        That goes in, at the speed of `speeds`.
-    told : bool
-        Whether the speed is known, so that the loss is a number of watts.
+        Input power at the speed of `speeds`.
+    speed_known : bool
+        Whether the scene gives the speed, so that the loss is in watts.
     """
 
     speeds: SurfaceSpeeds
     friction: Friction
     power: float
-    told: bool
+    speed_known: bool
     effect: str = "friction"
 
     def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
-        """Mean coefficient, weighted with the load, and power loss at every roll position; torque without a speed."""
+        """Mean coefficient, weighted with the load, and power loss (or torque loss) at every roll position."""
         conditions = _conditions(teeth, state, self.speeds)
         coefficient, length = self.friction.coefficient_of(conditions), teeth.lines.length
         force = conditions.line_load * length
@@ -90,15 +90,15 @@ class FrictionLoss:
 
     def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
         """Efficiency and mean power loss of the mesh."""
-        # mesh positions are even, so that the mean over the mesh is the sum over all pairs over their number
+        # mesh positions are evenly spaced: the mean over the mesh is the sum over all pairs over their number
         loss = engagement[self._loss].sum() / teeth.rolls.phase.size
-        told = {"mesh_efficiency": np.asarray(1.0 - loss / self.power)}
-        return told | ({"friction_power_loss_mean": np.asarray(loss)} if self.told else {})
+        found = {"mesh_efficiency": np.asarray(1.0 - loss / self.power)}
+        return found | ({"friction_power_loss_mean": np.asarray(loss)} if self.speed_known else {})
 
     @property
     def _loss(self) -> str:
         """Name of the loss: without a speed the pinion turns by 1 rad/s, and 1 W is 1 N m."""
-        return "friction_power_loss" if self.told else "friction_torque_loss"
+        return "friction_power_loss" if self.speed_known else "friction_torque_loss"
 
 
 @dataclass(frozen=True)

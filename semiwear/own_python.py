@@ -1,4 +1,4 @@
-"""Processes beside this one that run a module of the same semiwear."""
+"""Other processes that run a module of the same semiwear."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ __all__ = ["command_of", "own_environment"]
 
 
 def command_of(module: str, *arguments: str) -> list[str]:
-    """Command that runs a module of semiwear, and not of a copy of its sources that the working folder may hold."""
+    """Command that runs a module of semiwear, not of a copy of its sources in the working folder."""
     return [sys.executable, "-P", "-m", module, *arguments]
 
 
 def own_environment() -> dict[str, str]:
-    """Environment in which Python finds the semiwear of this process, wherever that was imported from."""
+    """Environment in which Python finds the semiwear of this process."""
     here = str(Path(__file__).parents[1])
     return {**os.environ, "PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}

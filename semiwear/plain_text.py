@@ -28,7 +28,7 @@ _UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
 
 
 def unit_text(units: str) -> str:
-    """Units as a reader writes them."""
+    """Units in printed notation."""
     return _UNITS.get(units, re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPT), units))
 
 
@@ -60,7 +60,7 @@ def separator_of(line: str) -> str:
 def rows_of(text: str) -> list[list[str]]:
     """Cells of a table in a text file, row by row.
 
-    Where no comma stands between them, and no number has a point, commas within numbers are decimal ones.
+    If commas do not separate them, and no number has a point, commas within numbers are decimal ones.
     """
     lines = lines_of(text)
     separator = separator_of(lines[0]) if lines else ","
@@ -71,7 +71,7 @@ def rows_of(text: str) -> list[list[str]]:
 
 
 def with_decimal_point(word: str) -> str:
-    """A number with a point for its decimal comma; another word as it is."""
+    """A number with its decimal comma replaced by a point; other words unchanged."""
     return word.replace(",", ".") if _DECIMAL_COMMA.fullmatch(word) else word
 
 

@@ -1,7 +1,7 @@
-"""Screening: which effects a scene calls for, and what each would cost.
+"""Screening: effects that matter in a scene, and their cost.
 
 One mesh cycle of the unworn teeth is run with the scene as it is, then with each absent effect added at its
-documented default, and with each present one removed. Nothing is changed by it.
+documented default, and with each present one removed. The scene is not changed.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ QUANTITIES = (
 
 _SPEED = "operation.pinion_speed_rpm"
 _HARDNESS, _LIFE = "wear_law.hardness", "run_life"
-_UNRATED = "not run: tells a safety and changes nothing; its table needs data of the materials"
-_RUNS = 2  # before and after the effects; other work on the machine only adds to the time
+_UNRATED = "not run: gives a safety and changes nothing; its table needs data of the materials"
+_RUNS = 2  # before and after the effects; other processes only add to the time
 _HEAD = ("effect", "on", "wear", "pressure", "root p", "root g", "TE mean", "TE ampl", "time", "verdict")
 
 
@@ -70,11 +70,11 @@ class ScreenedEffect:
     present : bool
         Whether the scene has it, so that it was removed; otherwise it was added.
     changes : mapping
-        Relative change of each of `QUANTITIES` that there is; empty where the effect was not run.
+        Relative change of each of `QUANTITIES` that exists; empty if the effect was not run.
     time : float or None
         Processor time over that of the scene as it is.
     note : str
-        What came with the effect or went with it, what it tells, or why it was not run.
+        Other effects added or removed with it, its own quantities, or the reason why it was not run.
     """
 
     effect: str
@@ -85,13 +85,13 @@ class ScreenedEffect:
 
     @property
     def greatest(self) -> float:
-        """Greatest relative change, without its sign; 0 where the effect was not run."""
+        """Greatest relative change, without its sign; 0 if the effect was not run."""
         return max((abs(change) for change in self.changes.values()), default=0.0)
 
 
 @dataclass(frozen=True)
 class Screening:
-    """Which effects a scene calls for: printed as a table.
+    """Effects that matter in a scene, printed as a table.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Screening:
     threshold : float
         Relative change from which an effect counts.
     base : mapping
-        `QUANTITIES` of the scene as it is: wear rate [um a mesh], MPa and arcsec.
+        `QUANTITIES` of the scene itself: wear rate [um a mesh], MPa and arcsec.
     seconds : float
         Processor time of its mesh cycle, teeth included.
     rows : tuple of ScreenedEffect
@@ -125,11 +125,11 @@ class Screening:
 
     @property
     def near_limits(self) -> tuple[str, ...]:
-        """Failure modes of the scene that fall below their required safety within the run, or come near it."""
+        """Failure modes of the scene whose safety falls below or near the required one within the run."""
         return tuple(row.effect for row in self.rows if _rates(row.effect) and row.note.startswith((FAILS, NEAR)))
 
     def to_dataset(self) -> xr.Dataset:
-        """`change` over effect and quantity, `time_ratio` and `present` over effect; NaN for what was not run."""
+        """`change` over effect and quantity, `time_ratio` and `present` over effect; NaN for effects not run."""
         change = [[row.changes.get(name, np.nan) for name in QUANTITIES] for row in self.rows]
         return xr.Dataset(
             {
@@ -141,7 +141,7 @@ class Screening:
         )
 
     def __str__(self) -> str:
-        called, share = ", ".join(self.called_for) or "none", f"{100.0 * self.threshold:g} %"
+        called, limit = ", ".join(self.called_for) or "none", f"{100.0 * self.threshold:g} %"
         parts = [
             folded(f"as it is: {self._as_it_is()}"),
             folded(
@@ -149,10 +149,10 @@ class Screening:
                 "removed; time: processor time, once as it is:"
             ),
             table(_HEAD, [self._cells(row) for row in self.rows]),
-            folded(f"called for at {share}: {called}"),
+            folded(f"called for at {limit}: {called}"),
         ]
         if self.could_go:
-            parts.append(folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
+            parts.append(folded(f"present, yet below {limit}: {', '.join(self.could_go)}"))
         if any(row.present and _rates(row.effect) for row in self.rows):
             parts.append(folded(f"failure modes that fail or come near it: {', '.join(self.near_limits) or 'none'}"))
         return "\n\n".join(parts)
@@ -160,8 +160,8 @@ class Screening:
     def _repr_html_(self) -> str:
         caption = f"as it is: {self._as_it_is()}; change in % when an effect is added or removed"
         called = ", ".join(self.called_for) or "none"
-        told = f"<p>called for at {100.0 * self.threshold:g} %: <b>{escape(called)}</b></p>"
-        return told + html_table(_HEAD, [self._cells(row) for row in self.rows], caption)
+        summary = f"<p>called for at {100.0 * self.threshold:g} %: <b>{escape(called)}</b></p>"
+        return summary + html_table(_HEAD, [self._cells(row) for row in self.rows], caption)
 
     def _counts(self, row: ScreenedEffect) -> bool:
         return row.greatest >= self.threshold
@@ -192,45 +192,45 @@ class Screening:
 
 @dataclass(frozen=True)
 class _Cycle:
-    """One mesh cycle: `QUANTITIES`, what observers tell, processor time [s], the teeth, one mesh's wear by body."""
+    """One mesh cycle: `QUANTITIES`, those of observers, processor time [s], the teeth, one mesh's wear by body."""
 
     values: dict[str, float]
-    told: dict[str, str]
+    observed: dict[str, str]
     seconds: float
     teeth: LoadedTeeth
     wear: dict[str, np.ndarray]
 
 
 class _NotRun(Exception):
-    """Why an effect is not run."""
+    """Reason why an effect is not run."""
 
 
 @one_blas_thread()
 def screen(
     scene: Scene, threshold: float = 0.02, *, speed_rpm: float = 1000.0, progress: Progress | None = None
 ) -> Screening:
-    """Which effects a scene calls for, and what each would cost.
+    """Effects that matter in a scene, and their cost.
 
-    Effects that act through worn depth are judged where the run ends; those that only tell something change nothing.
-    The greatest wear of unworn teeth may lie where a tip edge presses, which runs in first.
+    Effects that act through wear depth are judged at the end of the run; those that only report change nothing.
+    The greatest wear of unworn teeth may lie where a tip edge is in contact, which runs in first.
 
     Parameters
     ----------
     scene : Scene
     threshold : float
         An absent effect is called for where it changes the greatest wear rate, pressure (away from edges), root
-        stress, or mean or amplitude of the transmission error by this share or more. Default 0.02.
+        stress, or mean or amplitude of the transmission error by this fraction or more. Default 0.02.
     speed_rpm : float
-        Pinion speed for effects that need one where the scene gives none. Default 1000.
+        Pinion speed for effects that need one if the scene gives none. Default 1000.
     progress : Progress, optional
-        Hears of every effect.
+        Called after every effect.
 
     Raises
     ------
     SceneError
         If the threshold is not above 0.
     ConvergenceError
-        If the scene as it is cannot be solved; an effect that cannot is listed with the reason.
+        If the scene itself cannot be solved; an effect that cannot is listed with the reason.
 
     Examples
     --------
@@ -241,20 +241,20 @@ def screen(
     True
     """
     if not 0.0 < threshold < np.inf:
-        raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")
+        raise SceneError.of("threshold", threshold, "a fraction above 0", "0.02 for 2 %")
     compile_ahead(kernels_of(scene, wears=True), scene.numerics.threads)
     with using_threads(scene.numerics.threads):
         return _screening(scene, threshold, speed_rpm, progress or NoProgress())
 
 
-def _screening(scene: Scene, threshold: float, speed_rpm: float, hears: Progress) -> Screening:
+def _screening(scene: Scene, threshold: float, speed_rpm: float, progress: Progress) -> Screening:
     total, base = len(EFFECTS) + 1, _mesh_cycle(scene)
     before = _least_seconds(scene)
-    hears.step(1, total, "the scene as it is")
+    progress.step(1, total, "the scene as it is")
     rows = []
     for k, name in enumerate(EFFECTS):
         rows.append(_screened(scene, name, base, speed_rpm))
-        hears.step(k + 2, total, name)
+        progress.step(k + 2, total, name)
     seconds = min(before, _least_seconds(scene))
     ratios = [replace(row, time=None if row.time is None else row.time / seconds) for row in rows]
     return Screening(scene, threshold, base.values, seconds, tuple(ratios))
@@ -268,7 +268,7 @@ def _cost_of_life(scene: Scene) -> str:
     """Cost of a life, in wear steps."""
     limit = 1e-3 * (scene.effects.run_life or RunLife()).depth_limit_um
     steps = steps_of_life(limit, plan(scene).flank_pair().base_pitch)
-    return f"tells a life and changes nothing; takes about {steps} wear steps in two stages"
+    return f"gives a life and changes nothing; takes about {steps} wear steps in two stages"
 
 
 def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> ScreenedEffect:
@@ -300,9 +300,9 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
         later = (1.0 / factor if present else factor) - 1.0
         change["wear rate"] = max(change["wear rate"], later, key=abs)
         notes.append(note)
-    told = cycle.told.get(name) or base.told.get(name)
-    if told:
-        notes.append(f"{told}{' now' if present else ''}")
+    observed = cycle.observed.get(name) or base.observed.get(name)
+    if observed:
+        notes.append(f"{observed}{' now' if present else ''}")
     return ScreenedEffect(name, present, change, seconds, "; ".join(notes))
 
 
@@ -322,18 +322,18 @@ def _relative(value: float, before: float) -> float:
 
 
 def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
-    """Changes that add an effect and what it needs, and what is to be said of them."""
+    """Changes that add an effect and those that it needs, and notes on them."""
     changes: Table = {}
     notes: list[str] = []
-    wanted = [name]
-    while wanted:
-        one = wanted.pop()
-        own = EFFECTS[one].screening_table(scene)
-        changes[f"effects.{one}"] = own
-        if one != name:
-            notes.append(f"with {one}")
-        values = {field.name: field.default for field in fields(EFFECTS[one])} | own  # type: ignore[arg-type]
-        for need in EFFECTS[one].needed_with(values.__getitem__):
+    pending = [name]
+    while pending:
+        effect = pending.pop()
+        own = EFFECTS[effect].screening_table(scene)
+        changes[f"effects.{effect}"] = own
+        if effect != name:
+            notes.append(f"with {effect}")
+        values = {field.name: field.default for field in fields(EFFECTS[effect])} | own  # type: ignore[arg-type]
+        for need in EFFECTS[effect].needed_with(values.__getitem__):
             if need == "wear" and scene.wear is None:
                 raise _NotRun("needs [wear]")
             if need == _SPEED and scene.operation.pinion_speed_rpm is None and need not in changes:
@@ -341,32 +341,32 @@ def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
                 notes.append(f"at {speed_rpm:g} rpm")
             other = need.removeprefix("effects.")
             if other in EFFECTS and scene.effects.get(other) is None and need not in changes:
-                wanted.append(other)
+                pending.append(other)
     return changes, notes
 
 
 def _without(scene: Scene, name: str) -> tuple[Table, list[str]]:
-    """Changes that remove an effect and what needs it, and what is to be said of them."""
+    """Changes that remove an effect and those that need it, and notes on them."""
     without = [name]
-    for one in without:
+    for effect in without:
         for other, own in scene.effects.present():
-            if f"effects.{one}" in own.needed_with(partial(getattr, own)) and other not in without:
+            if f"effects.{effect}" in own.needed_with(partial(getattr, own)) and other not in without:
                 without.append(other)
-    notes = [f"together with {one}, which needs it" for one in without[1:]]
-    return {f"effects.{one}": None for one in without}, notes
+    notes = [f"together with {effect}, which needs it" for effect in without[1:]]
+    return {f"effects.{effect}": None for effect in without}, notes
 
 
 def _hardness_at_the_end(scene: Scene, cycle: _Cycle) -> tuple[float, str]:
-    """Factor of the hardness law on the wear rate at the depth where the run ends, and that in words.
+    """Factor of the hardness law on the wear rate at the depth where the run ends, and a note on it.
 
-    It is that of the body on which the law acts most.
+    Of the two bodies, that with the greater effect of the law counts.
     """
     law, wear = scene.effects.wear_law.hardness, scene.wear
     assert law is not None and wear is not None
     found = hardness_laws(scene, cycle.teeth)
     assert found is not None
     begins = law.case_depth_um - 0.5 * law.transition_um
-    told: list[tuple[float, str]] = []
+    factors_of_bodies: list[tuple[float, str]] = []
     for body, depth in _depths_at_the_end(scene, cycle.teeth).items():
         rates = cycle.wear[body]
         factors = np.broadcast_to(found[BODIES.index(body)].factor(np.asarray(1e-3 * depth)), rates.shape)
@@ -375,12 +375,12 @@ def _hardness_at_the_end(scene: Scene, cycle: _Cycle) -> tuple[float, str]:
             note = f"acts only beyond {begins:g} um, the {body} ends at {depth:.3g} um"
         else:
             note = f"wear rate at {depth:.3g} um, where the {body} ends; nothing before {begins:g} um"
-        told.append((factor, note))
-    return max(told, key=lambda body: abs(body[0] - 1.0))
+        factors_of_bodies.append((factor, note))
+    return max(factors_of_bodies, key=lambda body: abs(body[0] - 1.0))
 
 
 def _depths_at_the_end(scene: Scene, teeth: LoadedTeeth) -> dict[str, float]:
-    """Greatest depth of each worn body at the end of the run [um]: the one asked for, else by one implicit step."""
+    """Greatest depth of each worn body at the end of the run [um]: as prescribed, else by one implicit step."""
     wear = scene.wear
     assert wear is not None
     physics, depths = plan(scene), wear.until.control_depths_um
@@ -396,7 +396,7 @@ def _depths_at_the_end(scene: Scene, teeth: LoadedTeeth) -> dict[str, float]:
 
 
 def _by_body(worn: Worn, value: Callable[[np.ndarray], _T]) -> dict[str, _T]:
-    """A value of the wear of every body that wears."""
+    """Value of the wear of every body that wears."""
     both = dict(zip(BODIES, (worn.driving, worn.driven), strict=True))
     return {body: value(depth) for body, depth in both.items() if depth is not None and np.any(depth)}
 
@@ -422,11 +422,11 @@ def _mesh_cycle(scene: Scene) -> _Cycle:
             values[f"root stress {name}"] = float(stress)
     error = collect.mesh_cycle(teeth, contact)["transmission_error_loaded"]
     values |= {"transmission error mean": float(error.mean()), "transmission error amplitude": float(np.ptp(error))}
-    told: dict[str, str] = {}
+    observed: dict[str, str] = {}
     for observer in physics.observers(teeth):
         found = observer.history(teeth, observer.engagement(teeth, contact, pressure))
-        told[observer.effect] = ", ".join(_in_words(name, value) for name, value in found.items())
-    return _Cycle(values, told, time.process_time() - begin, teeth, wear)
+        observed[observer.effect] = ", ".join(_in_words(name, value) for name, value in found.items())
+    return _Cycle(values, observed, time.process_time() - begin, teeth, wear)
 
 
 def _in_words(name: str, value: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""How near the failure modes of a scene are to their limits, from two wear states: unworn, and the end of the run."""
+"""Margins of the failure modes of a scene from two wear states: unworn, and the end of the run."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from semiwear.scene import Scene
 __all__ = ["FAILS", "NEAR", "nearness"]
 
 FAILS, NEAR = "fails", "near its limit"
-"""Verdicts with which words on a mode begin that is below its required safety, or little above it."""
+"""Verdicts on a mode whose safety is below the required one, or little above it."""
 
 _NEAR = 1.2  # of the required safety
 
 
 def nearness(scene: Scene, mode: str) -> str:
-    """Words on the least safety of a failure mode, unworn or at the end of the run, by one implicit wear step."""
+    """Verdict on the least safety of a failure mode, unworn or at the end of the run, by one implicit wear step."""
     try:
         rated = _rated(scene)
     except ConvergenceError as error:
@@ -31,20 +31,20 @@ def nearness(scene: Scene, mode: str) -> str:
     k = rated.modes.index(mode)
     required, safety = float(rated.arrays["required_safety"][k]), rated.arrays["safety"][k]
     if not np.isfinite(safety).any():
-        return "nothing rated: edges alone bear"
+        return "nothing rated: only edges bear load"
     step, body = np.unravel_index(int(np.nanargmin(safety)), safety.shape)
     when = "at the end of the run" if step else "unworn"
-    told = f"safety of the {BODIES[body]} {safety[step, body]:.3g} {when}, {required:g} required"
+    least = f"safety of the {BODIES[body]} {safety[step, body]:.3g} {when}, {required:g} required"
     ratio = safety[step, body] / required
     verdict = FAILS if ratio < 1.0 else NEAR if ratio < _NEAR else "far from its limit"
     meshes = float(rated.arrays["meshes_to_failure"][k, body])
     since = "unworn already" if meshes == 0.0 else f"after about {meshes:.3g} meshes"
-    return f"{verdict}: {told}" + (f", below it {since}" if np.isfinite(meshes) else "")
+    return f"{verdict}: {least}" + (f", below it {since}" if np.isfinite(meshes) else "")
 
 
 @lru_cache(maxsize=1)
 def _rated(scene: Scene) -> Ratings:
-    """Ratings of the unworn flanks and of those that one implicit step to the end of the run leaves."""
+    """Ratings of the unworn flanks and of those after one implicit step to the end of the run."""
     physics = plan(scene)
     teeth = physics.loaded_teeth()
     stepper = replace(physics.wear_stepper(teeth), implicit=True)

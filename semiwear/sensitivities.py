@@ -1,37 +1,38 @@
-"""Sensitivities: by how much quantities of worn flanks change with the fields of a scene.
+"""Sensitivities: derivatives of quantities of worn flanks with respect to the fields of a scene.
 
-Each field is moved by a step to either side, everything else of the run being alike: its grids, its number of wear
+Each field is moved by a step to either side while the rest of the run is unchanged: its grids, its number of wear
 steps, and the compliance and contact lines that it shares with the scene. All runs are smooth ones (`Compared`):
-edges that press on a flank yield in steps of a cell otherwise, by which wear jumps some 2e-4 of itself every few
+otherwise edges that press on a flank yield in steps of a cell, by which wear jumps by some 2e-4 every few
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
-off by a tenth. Every slice that comes to bear makes a kink otherwise, as great as the derivatives of a tooth that is
-a little askew. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
-smooth quantity's error is then a small share of what the slopes differ by, that of one which scatters about a line
-0.29 of it (independent errors of the three values), and that of a kink within a step half of it, which is told.
+wrong by a tenth. Every slice that comes into contact would make a kink, too, as great as the derivatives of a tooth
+that is slightly misaligned. Where slopes to either side are nearly the same, the central difference d(h) is the
+derivative: the error of a smooth quantity is then a small part of the difference of the slopes, that of a quantity
+that scatters about a line 0.29 of it (independent errors of the three values), and that of a kink within a step half
+of it, which is the reported error.
 
-Where they are not, the field is moved by two steps, first to one side: where slopes change evenly over the three
-steps, the derivative is that of the cubic through all four values, its error what it differs by from d(h). Where they
-do not, it is moved to the other side, too. Where slopes change evenly over all four steps (Richardson 1911, Phil.
-Trans. R. Soc. A 210, 307-357)
+Where they are not, the field is moved by two steps, first to one side: if slopes change evenly over the three steps,
+the derivative is that of the cubic through all four values, its error the difference from d(h). If they do not, the
+field is moved to the other side, too. If slopes change evenly over all four steps (Richardson 1911, Phil. Trans. R.
+Soc. A 210, 307-357)
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
-Across a kink they do not, wherever in a step it lies. Then, and where values scatter, the error is half of what
-slopes to either side differ by, and a twelfth of what that changes by from a step to the next.
+Across a kink they do not, wherever in a step it lies. Then, and where values scatter, the error is half of the
+difference of slopes to either side, plus a twelfth of its change from a step to the next.
 
-Steps are as short as the scatter of smooth runs allows. Where the contact set changes or a tip comes to press
-there is a kink or a small jump, and the longer a step, the more of these lie within it.
+Steps are as short as the scatter of smooth runs allows. Where the contact set changes or a tip edge comes into
+contact there is a kink or a small jump, and the longer a step, the more of these lie within it.
 
-The runs of one field share their prisms: these are found a tenth of a step beside the scene, and read on the straight
-line through both. What is left of scatter between smooth runs and of small kinks is in every error: 5e-10 of a value
-(most fields move smooth runs evenly to 1e-12, those of a helical pair's geometry to 1e-9; runs of face gear pairs
-whose tips press jump by more, which slopes to either side tell) and 2e-3 of the derivative. The latter is fitted to
-nine drawn scenes (`validation.gradients`), 95 % of whose derivatives were within their error with steps ten times as
-long.
+The runs of one field share their prisms: these are computed a tenth of a step beside the scene, and interpolated
+linearly through both. The remaining scatter between smooth runs and small kinks are part of every error: 5e-10 of a
+value (most fields change smooth runs evenly to 1e-12, those of a helical pair's geometry to 1e-9; runs of face gear
+pairs whose tip edges are in contact jump by more, which shows in the slopes to either side) and 2e-3 of the
+derivative. The latter is fitted to nine random scenes (`validation.gradients`), 95 % of whose derivatives were within
+their error with steps ten times as long.
 
-Wear knows its coefficient only times the number of meshes. To control depths, and for a life, derivatives with
-respect to the coefficient are therefore known without a run; in a run to a number of meshes the coefficient and that
-number share theirs.
+Wear depends on the product of its coefficient and the number of meshes. To control depths, and for a life,
+derivatives with respect to the coefficient are therefore known without a run; in a run to a number of meshes the
+coefficient and that number share their runs.
 """
 
 from __future__ import annotations
@@ -66,19 +67,19 @@ __all__ = ["sensitivities"]
 _STEP = 2e-4  # of a field's value
 _NEAR, _AHEAD = (-1, 1), 2  # steps
 _SIDES = (*_NEAR, _AHEAD, -_AHEAD)
-_BESIDE = 0.1  # of a step: where prisms are found, on a line with those of the scene
+_BESIDE = 0.1  # of a step: position of the second set of prisms, for interpolation
 _MOST_FIELDS = 30
-_KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
-_STRAIGHT = 0.02  # of the derivative: slopes to either side that differ by less need no second pair of runs
-_EVEN = 0.25  # of what slopes to either side differ by: what they change by more or less from the next step to it
-_EVEN_AHEAD = 0.1  # of the same, where one side alone is known: a kink in the middle of a step looks even there
-_KINKED = 0.5  # of what they differ by: error of a central difference where all of it is a kink within a step
-_BEYOND = 1.0 / 12.0  # of what they change by from a step to the next: error by a kink beyond the first steps
-_SCATTER = 5e-10  # of a value: between smooth runs, where a field hardly moves it
+_KINK = 0.05  # of the derivative: least difference of slopes to either side that is reported
+_STRAIGHT = 0.02  # of the derivative: with less difference of slopes to either side no second pair of runs is needed
+_EVEN = 0.25  # of the difference of slopes to either side: its change to the next step
+_EVEN_AHEAD = 0.1  # of the same, if only one side is known, where a kink in the middle of a step looks even
+_KINKED = 0.5  # of the difference: error of a central difference if all of it is a kink within a step
+_BEYOND = 1.0 / 12.0  # of its change to the next step: error by a kink beyond the first steps
+_SCATTER = 5e-10  # of a value: scatter between smooth runs, if a field hardly changes it
 _LEAST_ERROR = 2e-3  # of a derivative: for small kinks within a step; fitted
 _DOUBTFUL = 0.01  # of the derivative
-_NOTHING = 1e-9  # of a quantity: it does not depend on the field
-_SLIGHT = 1e-4  # of a quantity, over a field's change relative to itself: less than that matters nowhere
+_NO_CHANGE = 1e-9  # of a quantity: with less change it does not depend on the field
+_SLIGHT = 1e-4  # relative change of a quantity over that of a field: less does not matter
 _COEFFICIENT, _MESHES_RUN = "wear.coefficient_mm2_per_N", "wear.until.meshes"
 
 
@@ -103,9 +104,9 @@ def sensitivities(
         Dotted keys of up to 30 fields that are numbers; a mapping gives the step of each, in the field's unit.
         Default step: 2e-4 of the value.
     workers : int, optional
-        Processes, this one among them; 0: in this one, with all its threads. Default: one a core.
+        Processes, this one among them; 0: in this one, with all its threads. Default: one per core.
     progress : Progress or bool, optional
-        Hears of every run; True shows a bar (extra ``progress``).
+        Called after every run; True shows a bar (extra ``progress``).
 
     Returns
     -------
@@ -119,21 +120,21 @@ def sensitivities(
     Raises
     ------
     SceneError
-        With everything that is wrong with the arguments, before anything runs.
+        With all faults of the arguments, before anything runs.
     SemiwearError
         The scene itself cannot be solved.
 
     Notes
     -----
-    `value` is that of the smooth run, of which derivatives are told; `simulate` differs from it by some 0.1 %, mostly
-    in wear depths. At fidelity ``patch`` edges and contacts are treated as in an ordinary run: only wear steps are
-    smoothed, and the tolerances of iterations are tighter.
+    `value` and derivatives are those of the smooth run; `simulate` differs from it by some 0.1 %, mostly in wear
+    depths. At fidelity ``patch`` edges and contacts are treated as in an ordinary run: only wear steps are smoothed,
+    and the tolerances of iterations are tighter.
 
-    It takes one run, and two for each field: three where the first two tell a bend, four where it is a kink or
-    scatter, none for the wear coefficient where runs end at depths.
+    It takes one run, and two for each field: three if the first two show a bend, four if that is a kink or scatter,
+    none for the wear coefficient if runs end at depths.
 
-    With ``numerics.accuracy`` the numbers are chosen once; all runs then have those, with as many plain wear steps as
-    the accurate one told of, and `value` is theirs.
+    With ``numerics.accuracy`` the numerics are chosen once; all runs then use them, with as many plain wear steps as
+    the accurate run had, and `value` is theirs.
 
     Examples
     --------
@@ -158,18 +159,18 @@ def sensitivities(
         raise SceneError(problems, "sensitivities")
     measure = measure_of_quantities(quantities)
     count = available_threads() if workers is None else workers
-    with hearing(progress) as hears, Crew(count, helped=True) as crew:
+    with hearing(progress) as report, Crew(count, helped=True) as crew:
         crew.call()  # while the scene itself is solved
-        runs = _Runs(crew, hears, 1 + len(_NEAR) * len(steps))
+        runs = _Runs(crew, report, 1 + len(_NEAR) * len(steps))
         settled, base = _settled(scene, replace(measure, last=False), runs)
-        _require_told(quantities, base)
+        _require_quantities(quantities, base)
         moved = {key: _Moved(key, float(scene_value(settled, key) or 0.0), step) for key, step in steps.items()}
         shared = _shared_with(settled, moved, quantities)
-        own = [one for key, one in moved.items() if key not in shared]
+        own = [variation for key, variation in moved.items() if key not in shared]
         runs.fill(settled, base, own, _NEAR, measure)
-        bent = [one for one in own if any(_bends(one, quantity, base) for quantity in quantities)]
+        bent = [variation for variation in own if any(_bends(variation, quantity, base) for quantity in quantities)]
         runs.fill(settled, base, bent, (_AHEAD,), measure)
-        uneven = [one for one in bent if any(_bends_unevenly(one, quantity, base) for quantity in quantities)]
+        uneven = [entry for entry in bent if any(_bends_unevenly(entry, quantity, base) for quantity in quantities)]
         runs.fill(settled, base, uneven, (-_AHEAD,), measure)
     for key, other in shared.items():
         same = moved[other]
@@ -214,16 +215,16 @@ def _no_number(scene: Scene, key: str, value: object) -> Problem:
 
 @dataclass
 class _Moved:
-    """A field, and what was found to its sides.
+    """A field, and the runs with values to either side.
 
     Attributes
     ----------
     key : str
     at, step : float
     found : dict of int to Outcome
-        By steps away from the scene's value.
+        By number of steps from the scene's value.
     refused : dict of int to str
-        Why there is no such scene.
+        Reasons why there is no such scene.
     runs : int
         Scenes solved for it.
     exact : bool
@@ -239,26 +240,26 @@ class _Moved:
     exact: bool = True
 
     def values(self, quantity: Quantity) -> dict[int, float]:
-        """Values of a quantity by steps away, NaN where it has none."""
-        return {side: quantity.value(one.measured, low_is_good=True) for side, one in self.found.items()}
+        """Values of a quantity by number of steps, NaN where it has none."""
+        return {side: quantity.value(outcome.measured, low_is_good=True) for side, outcome in self.found.items()}
 
     @property
     def slight(self) -> float:
-        """Relative change of a quantity by one step that is nothing."""
-        return max(_NOTHING, _SLIGHT * self.step / abs(self.at)) if self.at else _NOTHING
+        """Relative change of a quantity by one step that counts as zero."""
+        return max(_NO_CHANGE, _SLIGHT * self.step / abs(self.at)) if self.at else _NO_CHANGE
 
     @property
     def message(self) -> str:
-        """Why there are no values."""
-        told = [*self.refused.values(), *(one.message for one in self.found.values() if one.message)]
-        return "; ".join(dict.fromkeys(told))
+        """Reasons for missing values."""
+        reasons = [*self.refused.values(), *(outcome.message for outcome in self.found.values() if outcome.message)]
+        return "; ".join(dict.fromkeys(reasons))
 
 
 class _Runs:
-    """Solves scenes, and tells how many are done."""
+    """Solves scenes, and reports how many are done."""
 
-    def __init__(self, crew: Crew, hears: Progress, total: int) -> None:
-        self._crew, self._hears, self._total, self._done = crew, hears, total, 0
+    def __init__(self, crew: Crew, report: Progress, total: int) -> None:
+        self._crew, self._report, self._total, self._done = crew, report, total, 0
 
     def one(self, scene: Scene, measure: Measure) -> Outcome:
         """The scene itself.
@@ -269,7 +270,7 @@ class _Runs:
             It cannot be solved.
         """
         outcome = solve(Task("", scene, measure, Compared.with_runs_of(scene)))
-        self._tell("the scene")
+        self._count("the scene")
         if outcome.status is not Status.DONE:
             raise SemiwearError(f"sensitivities: the scene itself cannot be solved: {outcome.message}")
         return outcome
@@ -277,79 +278,81 @@ class _Runs:
     def fill(
         self, scene: Scene, base: Outcome, fields: Sequence[_Moved], sides: Sequence[int], measure: Measure
     ) -> None:
-        """Find what fields are at their sides."""
+        """Solve the runs of fields at the given sides."""
         tasks: list[Task] = []
         places: dict[str, tuple[_Moved, int]] = {}
-        like = Compared.with_runs_of(scene)
-        for one in fields:
-            beside = _beside(scene, one)
+        compared_runs = Compared.with_runs_of(scene)
+        for variation in fields:
+            beside = _beside(scene, variation)
             for side in sides:
                 try:
-                    changed = scene.replace({one.key: one.at + side * one.step})
+                    changed = scene.replace({variation.key: variation.at + side * variation.step})
                 except SceneError as error:
-                    one.refused[side] = "; ".join(str(problem) for problem in error.problems)
+                    variation.refused[side] = "; ".join(str(problem) for problem in error.problems)
                     continue
                 changed = replace(changed, title=scene.title)
                 same, stretch = shared_solution(changed, scene, measure)
                 if stretch != 1.0 and same == scene:
-                    one.found[side] = _stretched(base, stretch)
+                    variation.found[side] = _stretched(base, stretch)
                     continue
-                one.runs, one.exact = one.runs + 1, False
-                compared = like.along(scene, beside, side / _BESIDE)
-                tasks.append(Task(f"{one.key} {side}", changed, measure, compared))
-                places[tasks[-1].key] = one, side
+                variation.runs, variation.exact = variation.runs + 1, False
+                compared = compared_runs.along(scene, beside, side / _BESIDE)
+                tasks.append(Task(f"{variation.key} {side}", changed, measure, compared))
+                places[tasks[-1].key] = variation, side
         self._total = max(self._total, self._done + len(tasks))
         own = shared_by(Task("", scene, measure))
-        tasks.sort(key=lambda task: shared_by(task) != own)  # while the scene's own is at hand
+        tasks.sort(key=lambda task: shared_by(task) != own)  # first those that share the scene's solution
         for outcome in self._crew.solve(tasks):
             moved, side = places[outcome.key]
             moved.found[side] = outcome
-            self._tell(moved.key)
+            self._count(moved.key)
 
-    def _tell(self, text: str) -> None:
+    def _count(self, text: str) -> None:
         self._done += 1
-        self._hears.step(self._done, self._total, text)
+        self._report.step(self._done, self._total, text)
 
 
-def _beside(scene: Scene, one: _Moved) -> Scene:
-    """The scene with a field moved by a small share of its step; the scene itself where it allows no such one."""
+def _beside(scene: Scene, moved: _Moved) -> Scene:
+    """The scene with a field moved by a small part of its step; the scene itself if that is not allowed."""
     try:
-        return scene.replace({one.key: one.at + _BESIDE * one.step})
+        return scene.replace({moved.key: moved.at + _BESIDE * moved.step})
     except SceneError:
         return scene
 
 
-def _require_told(quantities: Sequence[Quantity], base: Outcome) -> None:
+def _require_quantities(quantities: Sequence[Quantity], base: Outcome) -> None:
     problems = [
-        Problem("of", one.text, "a quantity that a result of this scene has", f"its result has no {one.text}")
-        for one in quantities
-        if one.path not in base.measured.variables
+        Problem(
+            "of", quantity.text, "a quantity that a result of this scene has", f"its result has no {quantity.text}"
+        )
+        for quantity in quantities
+        if quantity.path not in base.measured.variables
     ]
     if problems:
         raise SceneError(problems, "sensitivities")
 
 
 def _stretched(base: Outcome, stretch: float) -> Outcome:
-    """The outcome of the same wear after so many times the meshes."""
+    """The outcome of the same wear after `stretch` times the meshes."""
     known = base.measured.variables
     changed = {path: stretch * known[path] for path in INVERSE_TO_COEFFICIENT if path in known}
     return replace(base, measured=replace(base.measured, variables=known | changed))
 
 
 def _settled(scene: Scene, measure: Measure, runs: _Runs) -> tuple[Scene, Outcome]:
-    """The scene with the numbers that it took, and its outcome: other numbers would make quantities jump."""
+    """The scene with the numerics of its run, and its outcome: other numerics would make quantities jump."""
     assert scene.wear is not None
     until = scene.wear.until
     scene = settled(scene)
     base = runs.one(scene, measure)
-    told = base.measured.variables
-    if scene.numerics.wear_steps == "auto" and until.meshes is not None and MESHES in told:
-        scene = scene.replace({"numerics.wear_steps": int(told[MESHES].size) - 1})
+    known = base.measured.variables
+    if scene.numerics.wear_steps == "auto" and until.meshes is not None and MESHES in known:
+        scene = scene.replace({"numerics.wear_steps": int(known[MESHES].size) - 1})
     return scene, base
 
 
 def _shared_with(scene: Scene, moved: Mapping[str, _Moved], quantities: Sequence[Quantity]) -> dict[str, str]:
-    """The number of meshes, if it has the runs of the wear coefficient: both are moved by the same share."""
+    """The number of meshes, if it shares the runs of the wear coefficient: both change by the same fraction."""
     coefficient, meshes = moved.get(_COEFFICIENT), moved.get(_MESHES_RUN)
     if coefficient is None or meshes is None or any(quantity.variable.group != "history" for quantity in quantities):
         return {}
@@ -358,21 +361,21 @@ def _shared_with(scene: Scene, moved: Mapping[str, _Moved], quantities: Sequence
     return {} if rated or not alike else {_MESHES_RUN: _COEFFICIENT}
 
 
-def _bends(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
-    """Whether a first pair of values leaves it open what the derivative is."""
-    values = one.values(quantity)
+def _bends(moved: _Moved, quantity: Quantity, base: Outcome) -> bool:
+    """Whether a first pair of values does not determine the derivative."""
+    values = moved.values(quantity)
     if not all(np.isfinite(values.get(side, np.nan)) for side in _NEAR):
         return True
     middle = quantity.value(base.measured, low_is_good=True)
     change, bend = abs(values[1] - values[-1]), abs(_second_difference(values, middle))
-    return 2.0 * bend > _STRAIGHT * change and _KINKED * bend > one.slight * abs(middle)
+    return 2.0 * bend > _STRAIGHT * change and _KINKED * bend > moved.slight * abs(middle)
 
 
-def _bends_unevenly(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
+def _bends_unevenly(moved: _Moved, quantity: Quantity, base: Outcome) -> bool:
     """Whether slopes that bend change by more from the second step to the third than from the first to the second."""
-    if not _bends(one, quantity, base):
+    if not _bends(moved, quantity, base):
         return False
-    values, middle = one.values(quantity), quantity.value(base.measured, low_is_good=True)
+    values, middle = moved.values(quantity), quantity.value(base.measured, low_is_good=True)
     if not all(np.isfinite(values.get(side, np.nan)) for side in (*_NEAR, _AHEAD)):
         return True
     third = _third_difference(values, middle, 1)
@@ -420,41 +423,41 @@ def _dataset(scene: Scene, quantities: Sequence[Quantity], moved: Sequence[_Move
     slope, error, relative = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
     kink = np.zeros(shape, bool)
     middle = np.array([quantity.value(base.measured, low_is_good=True) for quantity in quantities])
-    for k, one in enumerate(moved):
+    for k, entry in enumerate(moved):
         for q, quantity in enumerate(quantities):
-            slope[q, k], error[q, k], kink[q, k] = _slopes(one.values(quantity), float(middle[q]), one.step)
-            if not one.exact:
-                left = _SCATTER * abs(float(middle[q])) / one.step + _LEAST_ERROR * abs(slope[q, k])
+            slope[q, k], error[q, k], kink[q, k] = _slopes(entry.values(quantity), float(middle[q]), entry.step)
+            if not entry.exact:
+                left = _SCATTER * abs(float(middle[q])) / entry.step + _LEAST_ERROR * abs(slope[q, k])
                 error[q, k] = np.maximum(error[q, k], left)
-            relative[q, k] = slope[q, k] * one.at / middle[q] if middle[q] else np.nan
-    size = np.abs(middle)[:, None] * np.array([one.slight / one.step for one in moved])
-    nothing = (np.abs(slope) <= size) & (error <= size)
-    doubtful = (kink | ~(error <= _DOUBTFUL * np.abs(slope))) & ~nothing
-    because = {"missing_because": "the scene cannot be solved on both sides of the field's value: see message"}
+            relative[q, k] = slope[q, k] * entry.at / middle[q] if middle[q] else np.nan
+    size = np.abs(middle)[:, None] * np.array([entry.slight / entry.step for entry in moved])
+    negligible = (np.abs(slope) <= size) & (error <= size)
+    doubtful = (kink | ~(error <= _DOUBTFUL * np.abs(slope))) & ~negligible
+    missing = {"missing_because": "the scene cannot be solved on both sides of the field's value: see message"}
     both = ("quantity", "field")
     per_unit = "derivative, units of the quantity per unit of the field"
     data = {
-        "derivative": (both, slope, {"long_name": per_unit, **because}),
-        "error": (both, error, {"long_name": "error of the derivative", **because}),
-        "relative": (both, relative, {"units": "1", "long_name": "relative change over relative change", **because}),
+        "derivative": (both, slope, {"long_name": per_unit, **missing}),
+        "error": (both, error, {"long_name": "error of the derivative", **missing}),
+        "relative": (both, relative, {"units": "1", "long_name": "relative change over relative change", **missing}),
         "kink": (both, kink, {"long_name": "slopes to either side differ"}),
         "doubtful": (both, doubtful, {"long_name": "a kink, or an error above 1 % of a derivative that matters"}),
         "value": ("quantity", middle, {"long_name": "value in the scene, in its unit"}),
         "units": ("quantity", np.array([quantity.units for quantity in quantities]), {}),
-        "step": ("field", np.array([one.step for one in moved]), {"long_name": "step, in the unit of the field"}),
+        "step": ("field", np.array([entry.step for entry in moved]), {"long_name": "step, in the unit of the field"}),
         "field_value": (
             "field",
-            np.array([one.at for one in moved]),
+            np.array([entry.at for entry in moved]),
             {"long_name": "value in the scene, in its unit"},
         ),
-        "runs": ("field", np.array([one.runs for one in moved]), {"long_name": "scenes solved for the field"}),
+        "runs": ("field", np.array([entry.runs for entry in moved]), {"long_name": "scenes solved for the field"}),
         "message": (
             "field",
-            np.array([one.message for one in moved], dtype=np.str_),
+            np.array([entry.message for entry in moved], dtype=np.str_),
             {"long_name": "why a side has no value"},
         ),
     }
-    coords = {"quantity": [quantity.text for quantity in quantities], "field": [one.key for one in moved]}
+    coords = {"quantity": [quantity.text for quantity in quantities], "field": [entry.key for entry in moved]}
     attrs = {
         "title": f"Sensitivities of {scene.title or 'a scene'}",
         "source": f"semiwear {version()}",

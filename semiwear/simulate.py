@@ -41,19 +41,19 @@ __all__ = ["ADAPTIVE_STATES", "NoProgress", "Progress", "require_checkpoint", "s
 
 _LOG = logging.getLogger(__name__)
 
-ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
+ADAPTIVE_STATES = 8  # wear states of a run to a number of meshes whose steps follow an accuracy
 _WEARING = "contact and wear"  # the stage
 
 
 class Progress(Protocol):
-    """Hears of every finished wear step."""
+    """Receiver of every finished wear step."""
 
     def step(self, done: int, total: int, text: str) -> None:
-        """`done` of `total` steps are finished; `text` says where the wear stands."""
+        """`done` of `total` steps are finished; `text` states the present wear."""
 
 
 class NoProgress:
-    """Hears nothing."""
+    """A receiver that does nothing."""
 
     def step(self, done: int, total: int, text: str) -> None:
         """Do nothing."""
@@ -70,11 +70,11 @@ def simulate(
     last: bool = False,
     groups: Collection[str] | None = None,
 ) -> xr.DataTree:
-    """Wear the flank of a scene with the numbers that it has, whatever accuracy it asks for.
+    """Wear the flanks of a scene with its own numerics, whatever accuracy it requests.
 
     Arguments, result and errors are those of `semiwear.simulate`; `compared` is that of `Plan`. With `last` the
-    result holds the last wear state alone, unless failure modes are rated, which needs them all. With `groups` it
-    holds no others but these, `history` and ratings.
+    result holds the last wear state only, unless failure modes are rated, which needs them all. With `groups` it
+    holds only these, `history` and ratings.
     """
     if scene.wear is None:
         fix = "add coefficient_mm2_per_N and an end in [wear.until], or take sw.loaded_contact for the unworn teeth"
@@ -89,7 +89,7 @@ def simulate(
 
 
 def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
-    """Raise `SceneError` where a run is to go on from no checkpoint."""
+    """Raise `SceneError` if a run is to be resumed without a checkpoint."""
     if resume and checkpoint is None:
         raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FOLDER as well")
 
@@ -129,7 +129,7 @@ def _simulated(
 
 
 def _kept_of(steps: int) -> str:
-    """Words on the part of a stopped run that is kept."""
+    """Message on the part of a stopped run that is kept."""
     if not steps:
         return "no wear step was finished; the error's `result` holds the unworn contact"
     finished = f"{steps} wear steps were finished" if steps > 1 else "1 wear step was finished"
@@ -138,7 +138,7 @@ def _kept_of(steps: int) -> str:
 
 @dataclass(frozen=True)
 class _WearStep:
-    """A finished wear step: the `done`-th of `total`, 0 being the unworn state, of which the total is not known."""
+    """A finished wear step: number `done` of `total`; 0 is the unworn state, with an unknown total."""
 
     state: WearState
     done: int = 0
@@ -147,7 +147,7 @@ class _WearStep:
 
 
 def _restored(physics: Plan, stepper: WearStepper, kept: Keeper, clock: _Clock) -> list[WearState]:
-    """The wear states of a checkpoint; solvers and clocks stand where they stood after the last."""
+    """The wear states of a checkpoint; solvers and clocks are restored to those after the last."""
     if not kept.steps:
         return []
     last = kept.steps[-1]
@@ -191,25 +191,25 @@ def _wear_steps(
         count = _state_count(stepper, state, wear.until.meshes, teeth.pair.base_pitch)
     for k in range(done + 1, count + 1):
         state = stepper.step(state, wear.until.meshes / count)
-        yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {_depths_told(state)} at most")
+        yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {_depths_text(state)} at most")
 
 
 def _state_count(
     stepper: WearStepper | TwoStageStepper | AdaptiveStepper, start: WearState, meshes: float, base_pitch: float
 ) -> int:
-    """Wear states of a run: by the depth that is foreseen on either body, unless steps follow an accuracy."""
+    """Number of wear states of a run, from the expected depth on either body, unless steps follow an accuracy."""
     if isinstance(stepper, AdaptiveStepper):
         return ADAPTIVE_STATES
     return steps_for_depth(stepper.predicted_depth(start, meshes), base_pitch)
 
 
-def _depths_told(state: WearState) -> str:
+def _depths_text(state: WearState) -> str:
     """The greatest wear depth of every body that wears."""
     depths = state.deepest
-    told = [f"{1e3 * depth:.3g} um" for depth in depths.values()]
-    if len(told) > 1:
-        told = [f"{body} {depth}" for body, depth in zip(depths, told, strict=True)]
-    return ", ".join(told) or "0 um"
+    texts = [f"{1e3 * depth:.3g} um" for depth in depths.values()]
+    if len(texts) > 1:
+        texts = [f"{body} {depth}" for body, depth in zip(depths, texts, strict=True)]
+    return ", ".join(texts) or "0 um"
 
 
 def _result(
@@ -222,12 +222,12 @@ def _result(
     first: int,
     only: Collection[str] | None,
 ) -> xr.DataTree:
-    """Everything that is told of the wear states from `first` on, in some groups or in all."""
-    told_states = states[first:]
-    contacts = [state.contact for state in told_states]
+    """Result of the wear states from `first` on, in some groups or in all."""
+    reported_states = states[first:]
+    contacts = [state.contact for state in reported_states]
     fresh = fresh_sweep(teeth.pair, teeth.lines)
     pressures = in_threads(teeth.pressures, contacts)
-    parts = _parts(physics, stepper, told_states, pressures, fresh)
+    parts = _parts(physics, stepper, reported_states, pressures, fresh)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     if only is None or "flank" in only:
         groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
@@ -241,9 +241,9 @@ def _result(
         groups["ratings"] = rated.arrays
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
-    told = groups["history"] if rated is None else groups["history"] | rated.quantities
-    groups["diagnostics"] |= _usual_step(physics, teeth)
-    estimates = _step_errors(physics, told_states, told)
+    quantities = groups["history"] if rated is None else groups["history"] | rated.quantities
+    groups["diagnostics"] |= _intended_step(physics, teeth)
+    estimates = _step_errors(physics, reported_states, quantities)
     if estimates:
         groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
     spent = physics.clock.seconds
@@ -251,7 +251,7 @@ def _result(
         groups["diagnostics"] |= {"effect_seconds": np.array(list(spent.values()))}
     coords = collect.coordinates(teeth) | {
         "wear_step": np.arange(first, len(states)),
-        "meshes": np.array([state.meshes for state in told_states]),
+        "meshes": np.array([state.meshes for state in reported_states]),
         "stage": np.array(list(clock.seconds)),
     }
     if spent:
@@ -309,15 +309,15 @@ def _parts(
     return parts
 
 
-def _usual_step(physics: Plan, teeth: LoadedTeeth) -> collect.Arrays:
-    """Depth that one wear step is meant for, unless steps follow an accuracy."""
+def _intended_step(physics: Plan, teeth: LoadedTeeth) -> collect.Arrays:
+    """Intended depth of a wear step, unless steps follow an accuracy."""
     if "wear_steps" in physics.scene.numerics.chosen_for_accuracy:
         return {}
     return {"usual_step_depth": np.asarray(1e3 * depth_of_step(teeth.pair.base_pitch))}
 
 
 def _step_errors(physics: Plan, states: Sequence[WearState], history: collect.Arrays) -> Errors:
-    """Error that the wear steps add to every reported quantity, where an accuracy is asked for."""
+    """Error of every reported quantity by the wear steps, if an accuracy is requested."""
     if physics.scene.numerics.accuracy is None:
         return {}
     meshes = np.array([state.meshes for state in states])
@@ -343,7 +343,7 @@ class _Clock:
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
-        self.earlier: dict[str, float] = {}  # what the stage took before the run was resumed
+        self.earlier: dict[str, float] = {}  # time of the stage before the run was resumed
         self._last = time.perf_counter()
 
     def since(self, stage: str) -> float:

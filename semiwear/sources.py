@@ -1,4 +1,4 @@
-"""Files that are read: sizes are looked at before anything is loaded."""
+"""Files that are read: sizes are checked before anything is loaded."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 __all__ = ["MOST_VALUES", "no_pipe", "oversized", "read_dataset"]
 
 MOST_VALUES = 10_000_000
-"""Of one variable: far beyond any flank, and loaded within a second."""
+"""Greatest number of values of a variable: far beyond any flank, and loaded within a second."""
 
 
 def no_pipe(file: Path) -> Path:
-    """The path of a file that is to be read: to open a pipe that nobody writes to would wait for ever.
+    """The path of a file that is to be read, which is no pipe: opening a pipe without a writer would wait for ever.
 
     Raises
     ------
@@ -29,9 +29,9 @@ def no_pipe(file: Path) -> Path:
 
 
 def oversized(file: Path) -> str:
-    """Which variable of a netCDF file has more values than a flank can have, and how many; empty where none has.
+    """Variable of a netCDF file with more values than a flank can have, and their number; empty if there is none.
 
-    What was declared and never written takes no room on a disk, and all of it in memory.
+    Values that were declared and never written take no room on a disk, but do in memory.
     """
     import netCDF4  # few scenes name such a file
 
@@ -41,7 +41,7 @@ def oversized(file: Path) -> str:
                 if (size := math.prod(map(int, variable.shape))) > MOST_VALUES:
                     return f"{name} has {' x '.join(map(str, variable.shape))} = {size:.3g} values"
     except (OSError, RuntimeError):
-        return ""  # what is wrong with it is told by who reads it
+        return ""  # reading it reports what is wrong
     return ""
 
 

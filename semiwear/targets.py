@@ -1,4 +1,4 @@
-"""Files that are written: what may not be one, links followed, and errors that name the file."""
+"""Files that are written: permitted names, links, and errors that name the file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _FULL = 1 << 20  # bytes: with less than this left a disk is full
 
 
 def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
-    """Where to write a file: links are followed, so that what a link points to is replaced and not the link.
+    """Path of a file to write: links are followed, so that the file behind a link is replaced and not the link.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
         Argument or option that gave the path, for the error.
     path : path
     endings : sequence of str
-        How its name may end, in small letters, the usual one first.
+        Permitted endings of its name, in small letters, the default first.
 
     Raises
     ------
     SceneError
-        For a name that says another kind of file, a folder, or what is no plain file: a device, a pipe, a socket.
+        For a name of another kind of file, a folder, or anything but a plain file: a device, a pipe, a socket.
     """
     given = os.fspath(path)
     kind = _KINDS.get(endings[0], endings[0])
@@ -53,30 +53,30 @@ def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
     target = Path(os.path.realpath(given))
     if target.is_dir():
         raise SceneError.of(field, given, allowed, f"it is a folder: give e.g. {Path(given) / f'worn{endings[0]}'}")
-    if os.path.exists(given) and not os.path.isfile(given):  # asked of what was given: a pipe's own path is none
+    if os.path.exists(given) and not os.path.isfile(given):  # a pipe has no real path
         raise SceneError.of(field, given, allowed, "it is a device or a pipe: give a plain file")
     if Path(given).suffix.casefold() not in endings:
         better = Path(given).with_suffix(endings[0])
-        told = (
+        fix = (
             f"the ending says what is written: e.g. {better}"
             if several
             else f"what is written is {kind}: call it {better}"
         )
-        raise SceneError.of(field, given, allowed, told)
+        raise SceneError.of(field, given, allowed, fix)
     return target
 
 
 def target_problems(field: str, path: AnyPath | None, target: Callable[[str, AnyPath], Path]) -> list[Problem]:
-    """Problems of a place that is to be written: those that `target` raises, or a folder that does not exist.
+    """Problems of a path that is to be written: those that `target` raises, or a folder that does not exist.
 
     Parameters
     ----------
     field : str
         Option that gave the path.
     path : path or None
-        None where nothing is to be written.
+        None if nothing is to be written.
     target : callable
-        From field and path to the place, such as `file_target` with its endings.
+        From field and path to the target, such as `file_target` with its endings.
     """
     if path is None:
         return []
@@ -90,7 +90,7 @@ def target_problems(field: str, path: AnyPath | None, target: Callable[[str, Any
 
 
 def require_apart(outputs: Mapping[str, AnyPath], inputs: Mapping[str, AnyPath]) -> None:
-    """Refuse outputs that would take the place of what is read, or of one another; links are followed.
+    """Refuse outputs that would replace input files, or one another; links are followed.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def naming(target: Path) -> Iterator[None]:
         yield
     except SemiwearError:
         raise
-    except (OSError, RuntimeError) as error:  # netCDF4 and HDF5 tell of full disks with either
+    except (OSError, RuntimeError) as error:  # netCDF4 and HDF5 report full disks with either
         number = getattr(error, "errno", None)
         reason = os.strerror(number) if number is not None and number > 0 else str(error)
         full = number in (errno.ENOSPC, errno.EDQUOT)
@@ -147,7 +147,7 @@ def naming(target: Path) -> Iterator[None]:
 
 @contextmanager
 def replacing(target: Path) -> Iterator[Path]:
-    """A new file beside a target, which takes its place once written: there is the old one or the whole new one.
+    """A new file that replaces a target once it is written: there is either the old file or the whole new one.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Threads: independent shares of a piece of work, at once on the cores that a run may use.
+"""Threads: independent parts of a piece of work, at once on the cores that a run may use.
 
-Results do not depend on the number of threads: a share writes what no other share touches, and sums over shares that
-are always cut alike are taken in their order. Kernels let go of Python's lock.
+Results do not depend on the number of threads: each part writes its own data, and sums over parts, which are always
+divided in the same way, are taken in their order. Kernels release Python's lock.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ __all__ = ["available_threads", "in_loose_shares", "in_shares", "in_threads", "u
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-SHARES = 8  # of a piece of work: enough that threads end at about the same time
+SHARES = 8  # parts of a piece of work: enough for threads to end at about the same time
 
 
 class _Helpers(NamedTuple):
-    """Threads beside the one that shares work out, and how many they are."""
+    """Threads beside the one that distributes the work, and their number."""
 
     pool: ThreadPoolExecutor
     number: int
@@ -45,7 +45,7 @@ def available_threads() -> int:
 
 @contextmanager
 def using_threads(count: int | None) -> Iterator[None]:
-    """Let work be shared out among so many threads; None: among all cores that the process may use."""
+    """Distribute work among `count` threads; None: among all cores that the process may use."""
     count = available_threads() if count is None else count
     with _with_helpers(None) if count == 1 else _helping(count - 1):
         yield
@@ -69,13 +69,13 @@ def _helping(count: int) -> Iterator[None]:
 def in_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Result]:
     """Results of `work` on up to `SHARES` runs of consecutive items, in their order.
 
-    Work that is shared out again by such a share stays on its thread.
+    Work that such a part distributes again stays on its thread.
     """
     return _shared_out(work, np.array_split(items, min(SHARES, items.size)) if items.size else [])
 
 
 def in_loose_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Result]:
-    """As `in_shares`, of work on items that know nothing of one another: a single thread does all of it at once."""
+    """As `in_shares`, for items that are independent of one another: a single thread does them all in one call."""
     return in_shares(work, items) if _helpers.get() or not items.size else [work(items)]
 
 
@@ -107,9 +107,9 @@ def _shared_out(work: Callable[[Item], Result], items: Sequence[Item]) -> list[R
     helping = [helpers.pool.submit(take) for _ in range(min(helpers.number, len(items) - 1))]
     with _with_helpers(None):
         take()
-    for one in helping:
-        if not one.cancel():  # it has begun
-            one.result()
+    for helper in helping:
+        if not helper.cancel():  # it has begun
+            helper.result()
     if failed:
         raise failed[min(failed)]
     return [found[number] for number in range(len(items))]

@@ -1,4 +1,4 @@
-"""Names for what has no type that a checker could know, each with the reason."""
+"""Names for values without a type that a checker could know, each with the reason."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 __all__ = ["CompilerPart", "Options", "Reals", "Table", "Value"]
 
 Value: TypeAlias = Any
-"""A value of a scene or of another TOML file: of which type it is, the rule of its field says when it is read."""
+"""A value of a scene or of another TOML file, whose type is checked by the rule of its field when it is read."""
 
 Table: TypeAlias = dict[str, Value]
 """A table of a TOML file, or an object of JSON: values and tables by name."""
@@ -22,4 +22,4 @@ CompilerPart: TypeAlias = Any
 """A part of numba or llvmlite, or a value of the code that they write: neither of them has types."""
 
 Reals: TypeAlias = "NDArray[Any]"
-"""Numbers in single or in double precision: which, an argument says when the program runs."""
+"""Numbers in single or in double precision, depending on an argument at run time."""

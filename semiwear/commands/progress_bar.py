@@ -6,7 +6,7 @@ import logging
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from semiwear.kernel_cache import telling_of_compilation
+from semiwear.kernel_cache import on_first_compilation
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -28,7 +28,7 @@ class ProgressBar:
 
     def __enter__(self) -> ProgressBar:
         _LOG.info(self._begin)
-        self._inside.enter_context(telling_of_compilation(lambda: _LOG.info(_COMPILES)))
+        self._inside.enter_context(on_first_compilation(lambda: _LOG.info(_COMPILES)))
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,4 +1,4 @@
-"""Who touches, and with what pressure.
+"""Contact of elastic bodies: where they touch, and under what pressure.
 
 Textbook functions on plain arrays, which need no scene: `solve_half_space` for any gap, the closed forms of Hertz,
 and the kernels of the half-space.
@@ -43,15 +43,15 @@ _HALF_SPACE = ("ContactStatus", "HalfSpaceContact", "extrapolate", "solve_half_s
 
 
 def __getattr__(name: str) -> object:
-    """Public names, loaded when they are asked for: gears need no half-space."""
+    """Public names, imported on first use: gears do not need the half-space solver."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    place = "closed_forms"
+    module = "closed_forms"
     if name in _HALF_SPACE:
-        place = "contact.half_space"
+        module = "contact.half_space"
     elif name == "ContactCertificate":
-        place = "contact.certificate"
-    found = getattr(import_module(f"semiwear.{place}"), name)
+        module = "contact.certificate"
+    found = getattr(import_module(f"semiwear.{module}"), name)
     globals()[name] = found
     return found
 

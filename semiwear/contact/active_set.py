@@ -4,9 +4,9 @@ Forces F >= 0 and one approach (or rotation) phi with
 
     s = gap + C F - lever phi >= 0,   F s = 0,   and either sum of lever F = load or phi itself
 
-The equations are solved with s = 0 on the points that press and F = 0 on the others; then points that pull are let
-go of and points that penetrate are taken in, until neither is left. Since there is a load, no rigid-body motion has
-to be held. Slices of contact lines, cells of a small contact and nodes of finite elements are solved by it.
+The equations are solved with s = 0 on the points in contact and F = 0 on the others; then points under tension are
+released and points that penetrate are added, until neither is left. As the load is given, no rigid-body motion has
+to be constrained. Used for slices of contact lines, cells of a small contact and nodes of finite elements.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = [
     "substitute",
 ]
 
-_AT_ONCE = 20  # sets that change freely; then one point at a time, which always ends
+_AT_ONCE = 20  # sets in which all points may change; then one point at a time, which always ends
 _ROUNDING = 1e-13  # of gap and approach
 
 
@@ -48,12 +48,12 @@ _CONVERGED, _NO_CONTACT_SET, _NOT_POSITIVE_DEFINITE = (int(status) for status in
 
 
 class ActiveSetWork(NamedTuple):
-    """Memory for a set of pressed points, and what is known of the last set that was solved.
+    """Work arrays of the pressed points, with factor and forces of the last set that was solved.
 
     Attributes
     ----------
     pressed : (1,) int array
-        How many points press.
+        Number of points in contact.
     points : (n,) int array
         These points, in order.
     factor : (n, n) array
@@ -61,7 +61,7 @@ class ActiveSetWork(NamedTuple):
     closing : (n,) array [N]
         Forces on them that close the gap.
     response : (n,) array [N/mm]
-        Forces on them that a unit approach causes.
+        Forces on them for a unit approach.
     """
 
     pressed: IntArray
@@ -80,7 +80,7 @@ def active_set_work(n):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _factor_row(a, i, x, y):  # type: ignore[no-untyped-def]
-    """Row i of a Cholesky factor in place, and of both solutions of it; False where its pivot is not positive."""
+    """Row i of a Cholesky factor in place, and of both forward substitutions; False if its pivot is not positive."""
     for j in range(i):
         total = a[i, j]
         for k in range(j):
@@ -100,7 +100,7 @@ def _factor_row(a, i, x, y):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _factor_two_rows(a, i, x, y):  # type: ignore[no-untyped-def]
-    """Rows i (even) and i + 1 of the same, by two columns at a time: what is read serves twice."""
+    """Rows i (even) and i + 1 of the same, two columns at a time, so that each value that is read serves twice."""
     n = i + 1
     for j in range(0, i, 2):
         m = j + 1
@@ -192,7 +192,7 @@ def separate(matrix, gap, lever, approach, force, slack):  # type: ignore[no-unt
 
 @inner_njit(cache=True, error_model="numpy")
 def _worst(gap, lever, approach, active, force, slack):  # type: ignore[no-untyped-def]
-    """Points that pull hardest and penetrate deepest, -1 where none does; rounding is no penetration."""
+    """Points under greatest tension and in deepest penetration, -1 for none; rounding is no penetration."""
     pull, press = -1, -1
     for i in range(gap.shape[0]):
         if active[i]:
@@ -208,7 +208,7 @@ def _worst(gap, lever, approach, active, force, slack):  # type: ignore[no-untyp
 
 @inner_njit(cache=True, error_model="numpy")
 def _change(active, force, slack, pull, press, freely):  # type: ignore[no-untyped-def]
-    """Let go of points that pull and take in those that penetrate: all of them, or the worst."""
+    """Release points under tension and add those that penetrate: all of them, or the worst."""
     if freely:
         for i in range(active.shape[0]):
             active[i] = force[i] >= 0.0 if active[i] else slack[i] < 0.0
@@ -234,7 +234,7 @@ def substitute(factor, n, x):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def correct_forces(work, lever, load, approach, slack, force):  # type: ignore[no-untyped-def]
-    """Close the gaps that are left between pressed points by the factor of a compliance close to theirs.
+    """Close the remaining gaps of pressed points by the factor of a nearby compliance matrix.
 
     One step of iterative refinement (Wilkinson 1963) at a given load: far cheaper than a new factor where the
     compliance has changed by little, as it does with the widths of contact lines.
@@ -279,16 +279,16 @@ def solve_active_set(matrix, gap, lever, load, approach, by_load, active, force,
         Symmetric, positive definite.
     gap : (n,) array [mm]
     lever : (n,) array [mm]
-        How much a unit approach closes the gap: 1, or a lever arm. One at least is positive.
+        Closing of the gap for a unit approach: 1, or a lever arm. At least one is positive.
     load, approach : float
-        Sum of lever times force, or the approach [mm, or rad]: that one counts which `by_load` says.
+        Sum of lever times force, which counts if `by_load`, and the approach [mm, or rad], which counts if not.
     by_load : bool
     active : (n,) bool array, changed
-        Points that press.
+        Points in contact.
     force, slack : (n,) arrays, changed
         Forces [N] and separations [mm].
     most : int
-        Sets to try.
+        Contact sets to try at most.
 
     Returns
     -------
@@ -296,7 +296,7 @@ def solve_active_set(matrix, gap, lever, load, approach, by_load, active, force,
         `ActiveSetStatus`.
     approach : float
     tried : int
-        Sets.
+        Contact sets that were solved.
     """
     work = active_set_work(gap.shape[0])
     return solve_active_set_in(work, matrix, gap, lever, load, approach, by_load, active, force, slack, most)

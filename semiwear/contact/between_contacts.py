@@ -1,14 +1,14 @@
 """Values on the cells in contact, continued over the cells between them.
 
-What preconditions a contact on a grid is an inverse of the whole surface. Set to zero between the contacts, a
-residual jumps at each of their edges, and the inverse answers jumps with pressure that is not there. The inverse of
-the cells in contact alone is that of the whole surface applied to the residual's continuation of least energy; any
-other continuation gives more, never less, and the nearer it comes to that one, the fewer iterations are left.
+Contact on a grid is preconditioned by an inverse of the whole surface. Set to zero between the contacts, a residual
+jumps at each of their edges, and the inverse turns jumps into spurious pressure. The inverse of the cells in contact
+alone is that of the whole surface applied to the residual's continuation of least energy; any other continuation
+gives more, never less, and the closer it comes to that one, the fewer iterations are needed.
 
 The continuation here costs a few passes over the grid. Means over blocks of cells, in which a cell without contact
-counts as zero, go from grid to coarser grid. On the way back each grid takes from the coarser one what it lacks: a
-cell without contact all of its value, a block the share of such cells in it. Amid contacts the values are joined
-smoothly, and around a single one they fade out with the square of the distance.
+counts as zero, go from grid to coarser grid. On the way back each grid adds values of the coarser one: a cell without
+contact takes all of its value, a block as much as its fraction of such cells. Between contacts the values are joined
+smoothly, and around a single one they decay with the square of the distance.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _lend(fine, along, row):  # type: ignore[no-untyped-def]
 
 @_kernel
 def _beside(i, along, coarse):  # type: ignore[no-untyped-def]
-    """Coarse row next to that of a fine one, on its side, and the latter's own share of what lies between both."""
+    """Neighbouring coarse row on the side of a fine row, and the interpolation weight of the fine row's own one."""
     if along == 1:
         return i, 1.0
     return min(max(i // 2 + 2 * (i % 2) - 1, 0), coarse - 1), 0.75
@@ -86,24 +86,24 @@ def _beside(i, along, coarse):  # type: ignore[no-untyped-def]
 
 @_kernel
 def _fill(coarse, present, along_x, along_y, values):  # type: ignore[no-untyped-def]
-    """Add what a grid (nx, ny) lacks, of the coarser one's values, linear between its cells."""
+    """Add the coarser grid's values, linear between its cells, where a grid (nx, ny) has no contact."""
     nx, ny = values.shape
-    rows = np.empty((3, ny))  # of the coarser grid: each in the place of its number
+    rows = np.empty((3, ny))  # of the coarser grid, row i at i % 3
     known = -1
     for i in range(nx):
         own = i // along_x
         while known < min(own + 1, coarse.shape[0] - 1):
             known += 1
             _spread(coarse[known], along_y, rows[known % 3])
-        beside, share = _beside(i, along_x, coarse.shape[0])
-        near, far = rows[own % 3], rows[beside % 3]
+        beside, weight = _beside(i, along_x, coarse.shape[0])
+        own_row, next_row = rows[own % 3], rows[beside % 3]
         for j in range(ny):
-            values[i, j] += (1.0 - present[i, j]) * (share * near[j] + (1.0 - share) * far[j])
+            values[i, j] += (1.0 - present[i, j]) * (weight * own_row[j] + (1.0 - weight) * next_row[j])
 
 
 @_kernel
 def _gather(values, present, along_x, along_y, coarse):  # type: ignore[no-untyped-def]
-    """Transpose of what `_fill` takes from the coarser grid."""
+    """Transpose of the interpolation in `_fill`."""
     nx, ny = values.shape
     rows = np.zeros((3, ny))
     done = 0
@@ -113,12 +113,12 @@ def _gather(values, present, along_x, along_y, coarse):  # type: ignore[no-untyp
             _lend(rows[done % 3], along_y, coarse[done])
             rows[done % 3] = 0.0
             done += 1
-        beside, share = _beside(i, along_x, coarse.shape[0])
-        near, far = rows[own % 3], rows[beside % 3]
+        beside, weight = _beside(i, along_x, coarse.shape[0])
+        own_row, next_row = rows[own % 3], rows[beside % 3]
         for j in range(ny):
-            lent = (1.0 - present[i, j]) * values[i, j]
-            near[j] += share * lent
-            far[j] += (1.0 - share) * lent
+            moved = (1.0 - present[i, j]) * values[i, j]
+            own_row[j] += weight * moved
+            next_row[j] += (1.0 - weight) * moved
     while done < coarse.shape[0]:
         _lend(rows[done % 3], along_y, coarse[done])
         done += 1
@@ -159,13 +159,13 @@ def _border(pressed):  # type: ignore[no-untyped-def]
 
 
 def border_squared_over_area(pressed: BoolArray) -> float:
-    """Cells at edges of contacts (nx, ny), squared, over all that are pressed: about 10 for a disc, n times for n."""
+    """Squared number of cells at edges of contacts (nx, ny) over that of all pressed cells: 10 n for n discs."""
     cells, border = _border(pressed)
     return float(border**2 / cells) if cells else 0.0
 
 
 class _Level(NamedTuple):
-    """A coarser grid (nx, ny): cells of the finer one in one of its own, its values and its share in contact."""
+    """A coarser grid (nx, ny): finer cells in each cell along either axis, values, and fraction in contact."""
 
     along_x: int
     along_y: int
@@ -180,7 +180,7 @@ class BetweenContacts:
     ----------
     shape : (nx, ny)
     cell : (dx, dy)
-        Sides of a cell: values go as far along either axis.
+        Sides of a cell, by which cells are joined along either axis.
     """
 
     def __init__(self, shape: tuple[int, int], cell: tuple[float, float]) -> None:
@@ -193,7 +193,7 @@ class BetweenContacts:
             self._levels.append(_Level(along_x, along_y, *np.empty((2, nx, ny), np.float32)))
 
     def fill(self, values: FloatArray, contact: BoolArray) -> FloatArray:
-        """Continue values (nx, ny), zero without contact, where there is none: in the array itself."""
+        """Continue values (nx, ny), zero on cells without contact, over these cells, in place."""
         fine, present = values, contact
         for level in self._levels:
             _means(fine, level.along_x, level.along_y, level.values)
@@ -204,7 +204,7 @@ class BetweenContacts:
         return values
 
     def collect(self, values: Reals, contact: BoolArray) -> Reals:
-        """Transpose of `fill` for the same cells in contact, which it has seen last; changes the values (nx, ny)."""
+        """Transpose of `fill` for the cells in contact of its last call; changes the values (nx, ny)."""
         finer = self._with_finer(values, contact)
         for level, (fine, present) in finer:
             _gather(fine, present, level.along_x, level.along_y, level.values)
@@ -214,6 +214,6 @@ class BetweenContacts:
         return values
 
     def _with_finer(self, values: Reals, contact: BoolArray) -> list[tuple[_Level, tuple[Reals, Reals]]]:
-        """Every coarser grid with the values and the share in contact of the next finer one."""
+        """Every coarser grid with the values and the fraction in contact of the next finer one."""
         finer = [(values, contact), *((level.values, level.present) for level in self._levels[:-1])]
         return list(zip(self._levels, finer, strict=False))

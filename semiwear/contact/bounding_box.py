@@ -1,4 +1,4 @@
-"""A half-space contact solved where it is: coarse grids find it, a box is iterated, the whole grid checks."""
+"""Half-space contact solved in a box around it: coarse grids locate it, the whole grid checks the result."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ __all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
 Box = tuple[slice, slice]
 
 _DENSE_CELLS = 160  # candidates up to which a Cholesky factor is faster than transforms
-_SETS = 60  # active sets tried; two or three suffice, and a failure leaves the work to the iterations
+_SETS = 60  # active sets tried; two or three suffice, and after a failure the contact is iterated
 _COARSEST = 500  # cells of a grid that is not coarsened further
 _COARSE_TOLERANCE = 2e-3  # on coarser grids: less than their discretisation error
 _BOXES = 12  # boxes tried before the whole grid is taken
-_ROUNDING = 1e-13  # of the largest displacement: overlap that means nothing
-_WORTH_A_BOX = 0.75  # share of the grid above which a box does not pay
+_ROUNDING = 1e-13  # of the largest displacement: overlap by rounding
+_WORTH_A_BOX = 0.75  # part of the grid above which a box does not pay
 _MANY_CONTACTS = 100.0  # cells at edges, squared, over those in contact: a single round contact has ten
 
 
@@ -77,19 +77,19 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         Dimensionless pressure near the solution; without it, coarser grids provide one.
     """
     whole = HalfSpace(problem.gap.shape, problem.cell)
-    one_cell = whole.of_one_cell()  # asked for first: coarser grids and boxes have a part of the same coefficients
+    one_cell = whole.of_one_cell()  # found first: coarser grids and boxes use a part of the same coefficients
     pressure = (
         np.zeros(problem.gap.shape) if start is None else np.where(problem.allowed, np.maximum(start, 0.0), 0.0)
     )
     if not pressure.any():
         pressure = _nested_start(problem)
-    if not pressure.any():  # an approach that coarser grids, on which high cells are averaged, do not feel
+    if not pressure.any():  # an approach that closes no gap on coarser grids, where high cells are averaged
         pressure = np.where(problem.allowed, np.maximum(1.0 - problem.gap, 0.0), 0.0)
-    wanted = pressure > 0.0
+    expected = pressure > 0.0
     iterations = 0
     for attempt in range(_BOXES + 1):
-        box = _box_around(wanted) if attempt < _BOXES else (slice(None), slice(None))
-        patch = _solve_patch(problem, wanted, whole) if attempt < _BOXES else None
+        box = _box_around(expected) if attempt < _BOXES else (slice(None), slice(None))
+        patch = _solve_patch(problem, expected, whole) if attempt < _BOXES else None
         solved = patch or _solve_box(problem, box, pressure, problem.max_iterations - iterations, whole)
         pressure, iterations = solved.pressure, iterations + solved.iterations
         left = residuals_of(problem.gap, solved.displacement, solved.approach, problem.allowed, pressure)
@@ -100,7 +100,7 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         missed = problem.allowed & ~solved.covered & (separation < -overlap)
         if not missed.any():
             break
-        wanted = missed | (pressure > 0.0)
+        expected = missed | (pressure > 0.0)
     if solved.error > problem.tolerance and (patch := _solve_patch(problem, pressure > 0.0, whole)):
         # rounding stops the iterations where a light load closes little of a large gap; a few cells are solved anyway
         found = residuals_of(problem.gap, patch.displacement, patch.approach, problem.allowed, patch.pressure)
@@ -109,14 +109,14 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
     return WholeGridSolution(pressure, solved.displacement, solved.approach, iterations, solved.error, left)
 
 
-def _harmless_overlap(left: Residuals, share: float) -> float:
-    """Overlap that means nothing: rounding, or what the tolerance lets one cell miss, `share` of its pressure."""
-    return max(share * left.pressure, _ROUNDING * left.displacement)
+def _harmless_overlap(left: Residuals, fraction: float) -> float:
+    """Overlap by rounding, or within the tolerance of one cell, `fraction` of its pressure."""
+    return max(fraction * left.pressure, _ROUNDING * left.displacement)
 
 
 @dataclass(frozen=True)
 class _Part:
-    """Solution in which only the covered cells could touch, with its displacement of the whole grid."""
+    """Solution in which only the covered cells may touch, with the displacement of the whole grid."""
 
     pressure: FloatArray
     displacement: FloatArray
@@ -138,20 +138,20 @@ def _influence(coefficients, rows, columns):  # type: ignore[no-untyped-def]
     return matrix
 
 
-def _solve_patch(problem: DimensionlessContact, wanted: BoolArray, whole: HalfSpace) -> _Part | None:
-    """Contact of the wanted cells and those around them, solved directly if they are few."""
-    if np.count_nonzero(wanted) > _DENSE_CELLS:
+def _solve_patch(problem: DimensionlessContact, expected: BoolArray, whole: HalfSpace) -> _Part | None:
+    """Contact of the expected cells and those around them, solved directly if they are few."""
+    if np.count_nonzero(expected) > _DENSE_CELLS:
         return None
-    near = np.pad(wanted, 1)
-    near[1:-1] |= near[:-2] | near[2:]
-    near[:, 1:-1] |= near[:, :-2] | near[:, 2:]
-    covered = near[1:-1, 1:-1] & problem.allowed
+    widened = np.pad(expected, 1)
+    widened[1:-1] |= widened[:-2] | widened[2:]
+    widened[:, 1:-1] |= widened[:, :-2] | widened[:, 2:]
+    covered = widened[1:-1, 1:-1] & problem.allowed
     rows, columns = np.nonzero(covered)
     if rows.size > _DENSE_CELLS or rows.size == 0:
         return None
     span = int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1
     matrix = _influence(love_coefficients(span, problem.cell), rows, columns)
-    force, slack, active = np.zeros(rows.size), np.zeros(rows.size), wanted[covered]
+    force, slack, active = np.zeros(rows.size), np.zeros(rows.size), expected[covered]
     status, approach, tried = solve_active_set(
         matrix, problem.gap[covered], np.ones(rows.size), 1.0, 1.0, problem.by_load, active, force, slack, _SETS
     )
@@ -169,13 +169,13 @@ def _solve_box(
     pressure, covered = start, np.zeros(problem.gap.shape, bool)
     covered[box] = True
     pressure[~covered] = 0.0
-    displacement = pressure  # until the solver asks for it, as it does at the end
+    displacement = pressure  # until the solver calls `displacement_of_all`, as it does at the end
 
     def displacement_of_all(in_box: FloatArray) -> FloatArray:
         nonlocal displacement
         pressure[box] = in_box
         displacement = whole.apply(pressure)
-        return displacement[box]  # the solver goes on with it if need be, and then asks again
+        return displacement[box]  # the solver may iterate further from it, and then calls again
 
     solved = solve_complementarity(
         *_on_grid(problem.gap[box], problem.cell, start[box], whole),
@@ -194,7 +194,7 @@ def _solve_box(
 def _on_grid(
     gap: FloatArray, cell: tuple[float, float], start: FloatArray, whole: HalfSpace | None = None
 ) -> tuple[HalfSpace, FloatArray, Preconditioner]:
-    """Half-space under a gap, the gap, and what preconditions it: the half-space's periodic neighbour.
+    """Half-space under a gap, the gap, and its preconditioner, the inverse of the periodic half-space.
 
     Where a pressure to start from shows many contacts, residuals are continued between them.
     """
@@ -205,7 +205,7 @@ def _on_grid(
 
     def precondition(residual: FloatArray, free: BoolArray) -> Reals:
         step = half_space.precondition(between.fill(residual, free), roughly=True)
-        residual *= free  # as it was
+        residual *= free  # restored
         return between.collect(step, free)
 
     return half_space, gap, precondition
@@ -244,11 +244,11 @@ def _nested_start(problem: DimensionlessContact) -> FloatArray:
     return np.asarray(refine_pressure(pressure, nx, ny, along_x, along_y, allowed))
 
 
-def _box_around(wanted: BoolArray) -> Box:
-    """Box around the wanted cells with a margin, of sizes that suit the transforms; the whole grid if nearly so."""
+def _box_around(expected: BoolArray) -> Box:
+    """Box around the expected cells with a margin, of sizes that suit the transforms, or the whole grid."""
     spans = []
-    for axis, length in enumerate(wanted.shape):
-        found = np.flatnonzero(wanted.any(axis=1 - axis))
+    for axis, length in enumerate(expected.shape):
+        found = np.flatnonzero(expected.any(axis=1 - axis))
         first, last = int(found[0]), int(found[-1])
         margin = 3
         size = fast_length(last - first + 1 + 2 * margin)
@@ -256,6 +256,6 @@ def _box_around(wanted: BoolArray) -> Box:
         low = min(max(middle - size // 2, 0), max(length - size, 0))
         spans.append(slice(low, min(low + size, length)))
     sizes = [span.stop - span.start for span in spans]
-    if sizes[0] * sizes[1] > _WORTH_A_BOX * wanted.size:
+    if sizes[0] * sizes[1] > _WORTH_A_BOX * expected.size:
         return slice(None), slice(None)
     return spans[0], spans[1]

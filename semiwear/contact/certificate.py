@@ -73,6 +73,6 @@ def _residuals(gap, displacement, approach, allowed, pressure):  # type: ignore[
 def residuals_of(
     gap: FloatArray, displacement: FloatArray, approach: FloatArray | float, allowed: BoolArray, pressure: FloatArray
 ) -> Residuals:
-    """Separations of cells (nx, ny) that approach alike, or row by row: approach of shape (nx,)."""
+    """Separations of cells (nx, ny) under a common approach, or one for each row (nx,)."""
     rows = np.broadcast_to(np.asarray(approach, float), gap.shape[:1])
     return Residuals(*_residuals(gap, displacement, rows, allowed, pressure))

@@ -7,14 +7,14 @@ through the preconditioned step itself, so that no step length has to be guessed
 off at zero *before* the compliance is applied, at a guessed length of the step, and the best length is found along
 the change that remains. The displacement of every admissible change is then known: one application of the
 compliance an iteration suffices. The displacement of a change is in single precision, whose error is relative to
-the change; one application in double precision at the end sees to it that nothing rests on a recurrence.
+the change; one application in double precision at the end replaces the recurrence.
 
-Who calls it says what the compliance is, and what preconditions it: a half-space on a grid (`half_space`), or the
-teeth of all pairs with a half-space under each (`patch_contact`), where the unknowns are forces.
+The caller gives the compliance and its preconditioner: a half-space on a grid (`half_space`), or the teeth of all
+pairs with a half-space under each (`patch_contact`), where the unknowns are forces.
 
-What a step does and when steps end is written here, in kernels. What joins them stands twice: `solve_complementarity`
-takes any compliance, in single precision, whose rounding shows in the errors (`iteration_errors`), and letting arrays
-go where grids are large; `patch_iteration` is compiled whole, since each of its steps takes less than a call from
+The steps and their end are kernels in this module. The loop around them exists twice: `solve_complementarity` takes
+any compliance, in single precision, whose rounding shows in the errors (`iteration_errors`), and frees arrays where
+grids are large; `patch_iteration` is compiled as a whole, since each of its steps takes less time than a call from
 Python and must not hold Python's lock.
 """
 
@@ -55,9 +55,9 @@ __all__ = [
 
 FIRST_REACH = 0.7
 """Step length along the first direction: the preconditioner is an inverse within a factor of two."""
-_CAUTION = 0.7  # and along later ones, relative to the length that was best before: rather short, then cut at one
-_ERROR_PER_STEP = 1.4  # at most, measured: error over preconditioned residual, since the preconditioner falls short
-_FINEST = 1e-13  # error in which further steps only gather rounding
+_CAUTION = 0.7  # along later ones, relative to the best length before: rather short, as cut steps end at one
+_ERROR_PER_STEP = 1.4  # greatest measured error over preconditioned residual: the preconditioner underestimates
+_FINEST = 1e-13  # error below which further steps only add rounding
 _ATTEMPTS = 12  # directions and lengths tried until the energy falls
 _ROUNDING = 1e-14  # of the load
 
@@ -87,10 +87,10 @@ class ComplementarityStatus(Enum):
 
 
 STATUSES = tuple(ComplementarityStatus)
-"""Statuses by their number, as kernels have them."""
+"""Statuses by the numbers that kernels return."""
 CONVERGED, NO_CONTACT, NOT_CONVERGED, NOT_POSITIVE = range(len(STATUSES))
 GOES_ON = -1
-"""In place of the number of a status: none yet."""
+"""Returned by kernels instead of a status while the iteration goes on."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Complementarity:
 
 
 def _of(values: CompilerPart, i: CompilerPart) -> CompilerPart:
-    """Value of a cell, in compiled code: of an array, or the same for all."""
+    """Value of a cell in compiled code: the array's, or the common one of all cells."""
 
 
 @overload(_of)
@@ -132,9 +132,9 @@ def _compiled_of(values, i):  # type: ignore[no-untyped-def]
     return lambda values, i: values
 
 
-# Sums are reordered: in their order they wait for one addition after the other. A kernel that calls these takes them
-# up whole. Otherwise there would be two compiled copies of each, whose sums differ by a rounding error, and which one
-# serves would depend on whether a process compiles kernels or finds them compiled.
+# Sums may be reordered: in order, each addition would wait for the one before. These kernels are inlined into those
+# that call them. Otherwise there would be two compiled copies of each, whose sums differ by a rounding error, and
+# which one runs would depend on whether a process compiles kernels or finds them compiled.
 # `area` is that of a cell, lever over direction.
 _kernel = njit(cache=True, error_model="numpy", inline="always", fastmath={"reassoc", "contract"})
 
@@ -203,9 +203,9 @@ def search_direction(step, residual, last_residual, last_product, pressure, area
 
 @_kernel
 def judged(size, pressed, tolerance, exact, spent):  # type: ignore[no-untyped-def]
-    """Estimated error of the pressure, whether the displacement is to be found anew for it, and the status.
+    """Estimated error of the pressure, whether the displacement is to be computed again for it, and the status.
 
-    A small error counts where the displacement is `exact`, and iterations that are `spent` where it is not small.
+    A small error is final if the displacement is `exact`; one that is not small if the iterations are `spent`.
     """
     error = _ERROR_PER_STEP * np.sqrt(size / pressed) if pressed > 0.0 else np.inf
     small = error <= max(tolerance, _FINEST) or size == 0.0
@@ -271,7 +271,7 @@ def downhill_change(pressure, search, step, residual, product, reach, area, dire
 def advance(pressure, displacement, move, image, work, cut, reach, area, direction, by_load, load):  # type: ignore[no-untyped-def]
     """Go along the change as far as the energy falls and no pressure becomes negative.
 
-    Returns the length to guess for the next change, from the one guessed for this (`reach`) and the best one; 0 where
+    Returns the first length to try for the next change, from that of this one (`reach`) and the best one; 0 where
     the compliance is not positive.
     """
     n = pressure.shape[0]
@@ -280,11 +280,11 @@ def advance(pressure, displacement, move, image, work, cut, reach, area, directi
         curvature += _of(area, i) * move[i] * image[i]
     if not curvature > 0.0:
         return 0.0
-    wanted = work / curvature
-    length = wanted
+    best = work / curvature
+    length = best
     if cut:
-        length = min(wanted, 1.0)
-    elif wanted > 1.0:  # no shorter step makes a pressure negative
+        length = min(best, 1.0)
+    elif best > 1.0:  # no shorter step makes a pressure negative
         for i in range(n):
             if pressure[i] + length * move[i] < 0.0:
                 length = -pressure[i] / move[i]
@@ -295,11 +295,11 @@ def advance(pressure, displacement, move, image, work, cut, reach, area, directi
         pressure[i] = new
         displacement[i] += length * image[i]
         total += _of(area, i) * _of(direction, i) * new
-    if by_load and abs(total - load) > _ROUNDING * load:  # which long steps would multiply
+    if by_load and abs(total - load) > _ROUNDING * load:  # an error that long steps would multiply
         for i in range(n):
             pressure[i] *= load / total
             displacement[i] *= load / total
-    return reach * (_CAUTION * min(max(wanted, 0.5), 2.0))
+    return reach * (_CAUTION * min(max(best, 0.5), 2.0))
 
 
 def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | float:
@@ -356,7 +356,7 @@ def solve_complementarity(  # noqa: C901
         Undeformed separation; finite on the allowed cells.
     precondition : Preconditioner
     lever : float or array like the gap
-        Share of a cell's pressure in the load: cell area [mm^2], or area times lever arm [mm^3].
+        Load of a cell for unit pressure: cell area [mm^2], or area times lever arm [mm^3].
     direction : float or array like the gap
         How far a unit of approach closes the gap: 1, or the lever arm [mm]. Positive, and lever/direction is the
         area of a cell: energy is then conserved and the problem has one solution.
@@ -371,7 +371,7 @@ def solve_complementarity(  # noqa: C901
         pressure, times 1.4: a bound as long as the preconditioner is not less than 0.7 times the inverse.
     max_iterations : int
     verify : function from pressure to displacement, optional
-        Takes the place of `compliance.apply` at the end, where more than the displacement of this grid is wanted.
+        Replaces `compliance.apply` at the end, if the displacement of more than this grid is needed.
 
     Returns
     -------
@@ -395,16 +395,16 @@ def solve_complementarity(  # noqa: C901
     target, level = (0.0 if load is None else float(load)), (0.0 if approach is None else float(approach))
     free, search = np.empty(gap.size, bool), np.zeros(0)
     residual, move = np.zeros(gap.size), np.zeros(gap.size)
-    last_residual: Reals = np.zeros(gap.size, np.float32)  # only says how far a direction is kept
+    last_residual: Reals = np.zeros(gap.size, np.float32)  # only decides how much of a direction is kept
     iteration, last_product, reach, exact = 0, 0.0, FIRST_REACH, verify is None
     errors = IterationErrors.on(gap.size)
-    if pressure.any():  # roughly where it is found anew at the end in any case
+    if pressure.any():  # in single precision if computed again at the end in any case
         displacement = compliance.apply(pressure.reshape(shape), roughly=not exact).astype(float, copy=False).ravel()
     else:
         displacement = np.zeros(gap.size)
 
     def check() -> None:
-        """Find the displacement anew; meanwhile arrays of the steps are let go, since this takes most memory."""
+        """Compute the displacement again; arrays of the steps are freed, since this takes most memory."""
         nonlocal displacement, residual, last_residual, move, exact, last_product
         displacement = residual = last_residual = move = np.zeros(0)
         displacement = (verify or compliance.apply)(pressure.reshape(shape)).ravel()

@@ -1,4 +1,4 @@
-"""Conditions in the loaded contact lines: what friction, films, flash temperatures and wear laws stand on."""
+"""Conditions in the loaded contact lines: input of friction, oil film, flash temperature and wear laws."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ __all__ = ["ContactConditions"]
 
 @dataclass(frozen=True, eq=False)
 class ContactConditions:
-    """Load and motion of every slice of the contact lines; arrays are (roll, face) where nothing else is said.
+    """Load and motion of every slice of the contact lines; arrays are (roll, face) unless stated otherwise.
 
-    A slice without load has `line_load` 0. What else it carries must be finite and is not read.
+    A slice without load has `line_load` 0. Its other values must be finite and are not used.
 
     Attributes
     ----------

@@ -1,22 +1,22 @@
-"""How a slice shares its load between an edge that presses and the valley beyond the ridge in between.
+"""Load sharing of a slice between an edge in contact and the valley beyond the ridge in between.
 
-Two Hertz contacts in one half-plane, far enough from each other: each closes its own gap, and each lowers the other's
-ground by Flamant's logarithm (Johnson 1985, eq. 2.25). With b_j^2 = 4 q_j/(pi E* kappa_j) and their distance s
+Two Hertz contacts in one half-plane, far enough from each other: each closes its own gap, and each lowers the surface
+at the other by Flamant's logarithm (Johnson 1985, eq. 2.25). With b_j^2 = 4 q_j/(pi E* kappa_j) and their distance s
 
     g_2 - g_1 = 1/(pi E*) [q_1 (2 ln(s/b_1) + 1) - q_2 (2 ln(s/b_2) + 1)],   q_1 + q_2 = q.
 
-The gap that decides is some five times what either contact closes by itself. Place and curvature of a contact are
-those of all of its footprint: of the edge what lies before the highest ridge between it and the valley, of the valley
-what lies beyond. Between two ridges that are nearly as high the gap belongs to both, and of two valleys to which it
-falls nearly as deep both count: a rounding error does not choose one of them.
+Differences g_2 - g_1 up to some five times what either contact closes by itself matter. Position and curvature of a
+contact are those of its whole footprint: that of the edge ends at the highest ridge between it and the valley, where
+that of the valley begins. Between two ridges of nearly equal height the gap belongs to both, and of two valleys of
+nearly equal depth both count, so that a rounding error does not choose one of them.
 
-While flanks wear in cycles, shares found from the gap alone swing to and fro where a cycle takes more off an edge
-than twice what contact closes, which is a micrometre or less. They foresee the middle of the cycle to come: with the
-shares s' and 1 - s' in the one before and the wear w_1 and w_2 under all of the load, the gap that decides is
+While flanks wear in cycles, shares found from the gap alone oscillate if a cycle removes more from an edge than twice
+what contact closes, which is a micrometre or less. They are found for the middle of the coming cycle: with the shares
+s' and 1 - s' in the one before and the wear w_1 and w_2 under all of the load, the gap difference is
 
     g_2 - g_1 + [w_2 (1 - s) - w_1 s]/2 - a [w_2 (1 - s') - w_1 s']/2.
 
-a = 1 would leave out what goes on evenly, and let shares swing by inertia; a = 0 would run ahead of the wear.
+a = 1 would leave out steady wear, and let shares oscillate; a = 0 would overestimate the wear.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from semiwear.kernel_cache import inner_njit
 
 __all__ = ["closed_alone", "highest_that_bears", "lowest_of", "part_of", "share_of_edge"]
 
-_STEADY = 0.75  # a: fitted to the main job with both flanks worn, where some shares swing with 0.5 and with 1
+_STEADY = 0.75  # a: fitted to the main job with both flanks worn, where some shares oscillate with 0.5 and with 1
 _HALVINGS = 12
-_FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
-_SMALL = 1e-3  # of a load: what less of it wears says little of what all of it would
-_EVEN = 0.2  # of what contact closes, or of a lower ridge: of two that are as high but for less both count
-_LEAST = 1e-9  # of a load, what a contact that just lifts off bears
+_FAR = 8.0  # times what a Hertz contact closes by itself: beyond, only the nearer one touches
+_SMALL = 1e-3  # of a load: wear under less of it is no measure of the wear under all of it
+_EVEN = 0.2  # of what contact closes, or of a lower ridge: two ridges or valleys that differ by less both count
+_LEAST = 1e-9  # of a load, on a contact that just lifts off
 
 
 def closed_alone(line_load: FloatArray, modulus: float) -> FloatArray:
@@ -45,22 +45,22 @@ def closed_alone(line_load: FloatArray, modulus: float) -> FloatArray:
 
 @inner_njit(cache=True, error_model="numpy")
 def highest_that_bears(least, depth, closes):  # type: ignore[no-untyped-def]
-    """Gap beyond which nothing bears beside an edge or a valley at the least gap.
+    """Greatest gap that can carry load beside an edge or a valley at the least gap.
 
-    One that shares their load may lie by what decides higher, and its own footprint reaches up from there.
+    A contact that shares their load may lie higher by `_FAR`, and its own footprint reaches up from there.
     """
     return least + CLOSED * depth + (1.0 + _FAR) * closes
 
 
 @inner_njit(cache=True, error_model="numpy")
 def part_of(side, c):  # type: ignore[no-untyped-def]
-    """Part in which a stretch from a point of the outline to the next belongs to the edge, or to the valley."""
+    """Fraction of the stretch from a point of the outline to the next that belongs to the edge, or to the valley."""
     return 0.5 * (side[c] + side[c + 1])
 
 
 @inner_njit(cache=True, error_model="numpy")
 def lowest_of(side, g, count, lift):  # type: ignore[no-untyped-def]
-    """Least gap of an edge, or of a valley; what belongs to both is taken to lie higher by up to `lift`."""
+    """Least gap of an edge, or of a valley; points that belong to both are raised by up to `lift`."""
     least = inf
     for c in range(count):
         if side[c] > 0.0:
@@ -84,7 +84,7 @@ def _contact(u, g, count, side, least, depth, per_mm):  # type: ignore[no-untype
 
 @inner_njit(cache=True, error_model="numpy")
 def _closed(share, far, closes):  # type: ignore[no-untyped-def]
-    """Gap that a contact with a share of the load closes, the other one as datum.
+    """Gap closed by a contact with a share of the load, relative to the other contact.
 
     `far` is 2 ln(s/b) with all of the load. Where contacts are not far from each other the formula would let a
     greater share close less.
@@ -95,9 +95,9 @@ def _closed(share, far, closes):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _share_under(higher, curvature, other, closes, distance, wears):  # type: ignore[no-untyped-def]
-    """Share of a load that the contact of the first curvature bears where the other one's ground is so much higher.
+    """Share of a load on the contact of the first curvature, whose gap is less than the other's by `higher`.
 
-    With all of the load `wears` is closed more than with none, besides what contact closes.
+    Under all of the load, wear adds `wears` to what the contact closes.
     """
     per = distance * distance / (2.0 * closes)
     far, other_far = log(per * curvature), log(per * other)
@@ -115,13 +115,13 @@ def _share_under(higher, curvature, other, closes, distance, wears):  # type: ig
             below, short = share, higher - differ
         else:
             above, over = share, differ - higher
-    # straight in between: a share in steps would make a jump of a rounding error
+    # linear in between: a share in steps would turn a rounding error into a jump
     return below + short / (short + over) * (above - below)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
-    """Change of the gap that decides until the middle of a cycle, where an edge bears nothing; less it where all."""
+    """Change of the gap difference up to mid-cycle with an unloaded edge, and its decrease with all load on it."""
     known = before[3]
     if known == 0.0:
         return 0.0, 0.0
@@ -150,7 +150,7 @@ def _foot(u, g, count, border, edge):  # type: ignore[no-untyped-def]
 def _valley(u, g, count, border, edge, foot, highest, top):  # type: ignore[no-untyped-def]
     """Point inside a border to which the gap falls most from the ridge between it and the foot; -1 for none.
 
-    `top` takes the ridge before every point.
+    `top` receives the height of the ridge before every point.
     """
     step = 1 if edge < 0 else -1
     valley, most, ridge, c = -1, 0.0, g[foot], foot
@@ -166,7 +166,7 @@ def _valley(u, g, count, border, edge, foot, highest, top):  # type: ignore[no-u
 
 @inner_njit(cache=True, error_model="numpy")
 def _other_valley(u, g, count, border, edge, foot, highest, closes, top, valley):  # type: ignore[no-untyped-def]
-    """Point to which the gap falls by nearly as much beyond another ridge, and how far it counts: a half at most."""
+    """Point to which the gap falls by nearly as much beyond another ridge, and its weight: at most a half."""
     most, other, counts = min(top[valley], highest) - min(g[valley], highest), -1, 0.0
     even = _EVEN * min(most, closes)
     for step in (-1, 1):
@@ -211,10 +211,10 @@ def _parted(u, g, count, border, edge, foot, highest, closes, side):  # type: ig
 
 @inner_njit(cache=True, error_model="numpy")
 def _divide(g, count, edge, foot, valley, even, side):  # type: ignore[no-untyped-def]
-    """Part in which every point of the outline belongs to the edge: by the ridges between it and foot and valley.
+    """Fraction by which each point of the outline belongs to the edge, from the ridges towards foot and valley.
 
-    The higher one divides. What lies between two of which neither is higher by `even` belongs to both, so that
-    nothing jumps where another ridge becomes the highest one.
+    The higher ridge divides. Points between two ridges that differ by less than `even` belong to both, so that
+    nothing jumps when another ridge becomes the highest one.
     """
     step = 1 if edge < 0 else -1
     for c in range(count):
@@ -249,12 +249,12 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most, s
     closes : float [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
     before : (4,) array, changed
-        Share of the edge, gap at its lowest point and gap of the valley [mm] in the cycle before, and how far they
-        count: 0 where no edge pressed, 1 where edge and valley were two contacts.
+        Share of the edge, gap at its lowest point and gap of the valley [mm] in the cycle before, and their weight:
+        0 where no edge was in contact, 1 where edge and valley were two contacts.
     most : float [mm]
-        Wear of a cycle at most.
+        Greatest wear of a cycle.
     side : (2, points) array, changed
-        Parts in which every point of the outline belongs to the edge and to the valley; where an edge presses.
+        Fractions by which each outline point belongs to the edge and to the valley; set if an edge is pressed.
 
     Returns
     -------
@@ -263,7 +263,7 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most, s
     share : float
         Of the load, that the edge bears.
     apart : float
-        0 where edge and valley are one contact, 1 where the ridge between them is higher than what is closed.
+        0 where edge and valley are one contact, 1 where the ridge between them is higher than the gap that is closed.
     """
     if count < 3 or closes <= 0.0 or (u[0] >= low and u[count - 1] <= high):
         before[3] = 0.0
@@ -285,7 +285,7 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most, s
         higher = valley - bottom + change
         before[1], before[2] = bottom, valley
         apart = min(height / closes, 1.0)
-        before[3] = min(apart, (highest - g[foot]) / closes)  # an edge comes to press by and by
+        before[3] = min(apart, (highest - g[foot]) / closes)  # an edge comes into contact gradually
         if higher < -_FAR * closes or higher > _FAR * closes + wears:
             before[0] = 1.0 if higher > 0.0 else 0.0
             return edge, before[0], apart

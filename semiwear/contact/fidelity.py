@@ -1,4 +1,4 @@
-"""How a contact problem is solved: the functions that make up a fidelity."""
+"""Fidelity of contact solutions: the functions that solve a contact problem."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SolveLoads(Protocol):
         worn : Footprints
             Current gaps and curvatures.
         start : TeethLoads, optional
-            Loads to start from, which stay as they are; those of another state serve well.
+            Loads to start from, which are not changed; those of another state are a good start.
         wear_compliance : (roll, face) array [mm/N], optional
             Wear at the end of the step per force on the slice: the implicit term.
         positions : sequence of int, optional
@@ -47,7 +47,7 @@ class SolveLoads(Protocol):
 
 
 class WithEdges(Protocol):
-    """Lets pressed edges yield as loads make them."""
+    """Finds the contact of pressed edges under loads."""
 
     def __call__(
         self,
@@ -57,7 +57,7 @@ class WithEdges(Protocol):
         before: Footprints,
         rolls: BoolArray | None = None,
     ) -> Footprints:
-        """Footprints with the contact of pressed edges as these loads make it; `worn` itself if nothing changes.
+        """Footprints with the contact of pressed edges under these loads; `worn` itself if nothing changes.
 
         Parameters
         ----------
@@ -67,22 +67,22 @@ class WithEdges(Protocol):
         before : Footprints
             What an earlier call returned, or `worn`: edges that are pressed there stay so.
         rolls : (roll,) bool array, optional
-            Where to look; elsewhere all stays as in `before`.
+            Roll positions to compute; the others stay as in `before`.
         """
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """A way to solve contact problems.
+    """Functions that solve contact problems.
 
     Attributes
     ----------
     solve : SolveLoads
     with_edges : WithEdges
     pressures : function of (problem, loads, worn, margin)
-        Greatest pressures of each slice; less than `margin` [mm] across the line from an end is at the border.
+        Greatest pressures of each slice; within `margin` [mm] of an end, across the line, they count as border.
     roughly : SolveLoads, optional
-        As `solve` with fewer digits, where that takes less time: for a start, a length, or what has not settled yet.
+        As `solve` to a wider tolerance in less time: for first loads and lengths, and while the rest settles.
     """
 
     solve: SolveLoads

@@ -1,6 +1,6 @@
-"""Material removed in one slice between its nodes: the cubic of the flank, tabulated where footprints may lie.
+"""Material removed in one slice between its nodes: the cubic spline of the flank, tabulated where footprints may lie.
 
-All roll positions that meet the same row read it, so that it is found once for them.
+The table is computed once for all roll positions that share a row of material removed.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ MOST_PARTS = 32
 
 
 class FineRow(NamedTuple):
-    """Places between the nodes of a slice and what is removed there.
+    """Profile coordinates between the nodes of a slice and the material removed there.
 
     Attributes
     ----------
     place, removed : (cells * `MOST_PARTS` + 1,) arrays [mm]
-        Of which the first cells * parts + 1 are in use; known between two cells.
+        The first cells * parts + 1 are in use, those between the cells of `known` filled.
     known : (3,) int array
-        Parts of a cell, and the first and the end of the cells that are known.
+        Parts of a cell, and the first and the end of the cells that are filled.
     """
 
     place: FloatArray
@@ -36,20 +36,20 @@ class FineRow(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def fine_row(points):  # type: ignore[no-untyped-def]
-    """Memory for slices of so many nodes; nothing is known."""
+    """Memory for slices of a number of nodes, not filled yet."""
     most = (points - 1) * MOST_PARTS + 1
     return FineRow(np.empty(most), np.empty(most), np.zeros(3, dtype=np.int64))
 
 
 @inner_njit(cache=True, error_model="numpy")
 def forget_row(row):  # type: ignore[no-untyped-def]
-    """Nothing is known of another row."""
+    """Mark all cells as not filled, for another row."""
     row.known[:] = 0
 
 
 @inner_njit(cache=True, error_model="numpy")
 def parts_of_cells(nodes, longest):  # type: ignore[no-untyped-def]
-    """Into how many parts cells are cut so that none is longer than `longest`: 1, 2, 3, 4, 6, 9 ...
+    """Number of parts of each cell so that none is longer than `longest`: 1, 2, 3, 4, 6, 9 ...
 
     In steps, so that the table of a row serves most roll positions.
     """
@@ -83,7 +83,7 @@ def _tabulate(row, gap, parts, first, end):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def fill_row(row, gap, parts, first, end):  # type: ignore[no-untyped-def]
-    """Make cells from `first` up to `end` known, each in so many parts."""
+    """Fill cells from `first` up to `end`, each in `parts` parts."""
     known = row.known
     if known[0] != parts or end < known[1] or first > known[2]:
         known[0], known[1], known[2] = parts, first, first

@@ -43,7 +43,7 @@ class FlashTemperature:
     within 1.3 % of the integral at every Peclet number. A band of finite length 2a stays bounded: its standing value
     (ln(4 a/b) + 1/2)/pi is that of a moving one at Pe_0 = exp(-gamma) b/a, and F is taken at sqrt(Pe^2 + Pe_0^2),
     within 5 % of the integral over a finite band. Surfaces that move in opposite directions exchange heat like a
-    counterflow, and are up to a fifth hotter than either model says.
+    counterflow, and are up to a fifth hotter than either model predicts.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where and how a worn flank is touched in each slice: the footprint of a contact line.
+"""Footprints: position, gap and curvature of the contact of each slice with a worn flank.
 
 Hertz's semi-ellipse over a parabola g = x^2/(2R) is the square root of (d - g), with d = b^2/(2R). The footprint
 of a slice is the same root over the *current* gap, fresh separation plus wear, inside the part of the slice that
@@ -7,9 +7,8 @@ both bodies share and on the rounded edges at its ends:
     w(x) = sqrt(d - (g(x) - min g)) / area        where positive
 
 with d such that the fresh gap gives the reference half-width. It narrows on a ridge, widens in a worn valley, is cut
-off at an edge, and passes from one valley to another without a jump. Its mean gap is what the slice feels, its
-greatest density gives the curvature of the Hertz contact that would be as concentrated, and its shape spreads the
-wear.
+off at an edge, and passes from one valley to another without a jump. Its mean gap is the gap of the slice, its
+greatest density gives the curvature of the Hertz contact with the same peak, and its shape distributes the wear.
 """
 
 from __future__ import annotations
@@ -61,11 +60,11 @@ __all__ = [
 ]
 
 
-_LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
-_FEW = 12  # cells: of no more it does not pay to look for the closed ones
-CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for what bends between nodes
+_LEAST_BEND = 5e-7  # least curvature of a gap times the half-width: keeps the footprint of a flat gap finite
+_FEW = 12  # cells: among so few it does not pay to look for the closed ones
+CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for the curvature between nodes
 BESIDE = 4  # nodes of a window beyond a footprint, from which slopes at its ends are taken
-_SAME = 1e-9  # of a footprint's half-width: an end of the slice that is so near to a node lies at it
+_SAME = 1e-9  # of a footprint's half-width: an end of the slice within this distance of a node lies at it
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
 
@@ -84,19 +83,19 @@ class Footprints:
     profile : array [mm]
         Profile coordinate of the footprint's centre.
     gap : array [mm]
-        Separation at the nominal rotation that a Hertz contact in this place would start from.
+        Separation at the nominal rotation of the Hertz contact that stands for the footprint.
     curvature : array [1/mm]
-        Relative curvature normal to the line of the Hertz contact that is as concentrated.
+        Relative curvature, normal to the line, of the Hertz contact with the same peak.
     half_width : array [mm]
         Half-width normal to the line of that contact under the reference load.
     cut : array
-        Depth of the footprint at the end of either flank that cuts it off, over its greatest; 0 where none does.
+        Depth of the footprint at a flank's end that cuts it off over its greatest depth; 0 where none does.
     least : array [mm]
         Least separation at the nominal rotation: where an unloaded slice touches first.
     softer : array [mm/N]
-        Compliance of a slice beside that of the Hertz contact: of a pressed edge that is narrower.
+        Compliance of a slice beyond that of the Hertz contact: of a pressed edge that is narrower.
     near : bool array or None
-        Slices whose footprints were found; the others are given their fresh place and curvature. None: all.
+        Slices whose footprints were found; the others keep place and curvature of the fresh flanks. None: all.
     """
 
     removed: Removed
@@ -124,20 +123,20 @@ class Footprints:
         return Footprints(removed=self.removed.every(step), **by_roll)
 
     def require_followed(self, force: FloatArray, positions: IntArray, per_cycle: int) -> None:
-        """Raise where slices bear a force, (roll, face), that were too far apart to look for their footprints.
+        """Raise an error where slices bear a force, (roll, face), whose footprints were not found.
 
         Parameters
         ----------
         force : (roll, face) array [N]
         positions : int array
-            Mesh positions to look at.
+            Mesh positions to check.
         per_cycle : int
             Mesh positions in a cycle.
 
         Raises
         ------
         ConvergenceError
-            Naming the first mesh position where one does.
+            Naming the first such mesh position.
         """
         if self.near is None:
             return
@@ -177,7 +176,7 @@ def _along_row(curve, at, place, removed, u, g):  # type: ignore[no-untyped-def]
 
 
 class Reach(NamedTuple):
-    """Memory for the outline of what a footprint may reach.
+    """Memory for the outline of the gap that a footprint may reach.
 
     Attributes
     ----------
@@ -198,27 +197,27 @@ class Reach(NamedTuple):
 def reach_space(nodes):  # type: ignore[no-untyped-def]
     """Memory for the footprints of slices of these nodes."""
     row = fine_row(nodes.shape[1])
-    most = row.place.shape[0] + ON_EDGES + 1  # one where an outline is split
+    most = row.place.shape[0] + ON_EDGES + 1  # one more where an outline is split
     return Reach(row, np.empty(most), np.empty(most), np.array([0, nodes.shape[1] - 1]))
 
 
 @inner_njit(cache=True, error_model="numpy")
 def look_within(window, points):  # type: ignore[no-untyped-def]
-    """First and last node between which a footprint is looked for in a window of a slice of so many points."""
+    """First and last node between which a footprint is looked for in a window of a slice of `points` nodes."""
     first = window[0] + BESIDE - 1 if window[0] > 0 else ZERO
     return first, (window[1] - BESIDE if window[1] < points else points - 1)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
-    """Whether the gap is above a height in all of a cell: the fresh one at one node, what is removed at the other."""
+    """Whether the gap is above a height all over a cell: at its nodes, less the change of material removed."""
     node = first + cell
     return min(g[cell], g[cell + 1]) - abs(removed[node] - removed[node + 1]) > highest
 
 
 @inner_njit(cache=True, error_model="numpy")
 def closed_between(removed, g, first, low, high, highest, from_low, from_high):  # type: ignore[no-untyped-def]
-    """Nodes of `g` from `low` up to `high`, less cells above a height at those ends from which it is looked for."""
+    """Nodes of `g` from `low` up to `high`, without the cells above a height at the chosen ends."""
     while from_low and low < high - 1 and _above(removed, g, first, low, highest):
         low += 1
     while from_high and high > low + 1 and _above(removed, g, first, high - 1, highest):
@@ -239,16 +238,16 @@ def _closed_cells(gap, first, end, depth, u, g):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
-    """Outline of what a footprint may reach, in `space`: depth, number of places and least gap.
+    """Outline of the gap that a footprint may reach, in `space`: depth, number of places and least gap.
 
-    `space` knows of no row of material removed but the one of this gap.
+    `space` holds no other row of material removed than that of this gap.
     """
     nodes, split, row, u, g = gap.nodes, gap.split, space.row, space.u, space.g
     width, last = half_width / gap.per_mm, nodes.shape[0] - 1
     depth = depth_of(gap.derivatives[2], width)
     reach = np.inf
     if space.within[0] == 0 and space.within[1] == last:
-        # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
+        # a footprint cannot lie where the fresh separation alone exceeds the variation of the flanks' shape
         reach = width + rises_within(varies_by(gap.removed) + depth, gap.derivatives[2])
     start = max(gap.low, min(gap.at - reach, gap.high))
     stop = min(gap.high, max(gap.at + reach, gap.low))
@@ -399,7 +398,7 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
     half_width : float [mm]
         Reference half-width: that of the footprint on a fresh flank.
     near : (roll, face) bool array
-        Slices that can carry load; the others keep their fresh place, as do those without a window of `removed`.
+        Slices that can carry load; the others, and those without a window of `removed`, count as fresh.
     """
     shape, windows = lines.profile.shape, removed.known
     found = _Found(*np.empty((6, *shape)))

@@ -1,7 +1,7 @@
 """Where the footprints of loaded slices may lie while both flanks wear.
 
-What is removed from the driving flank is met elsewhere at every roll position, so that it is read anew in every cycle
-of a wear step: at those nodes alone that a footprint can close.
+At every roll position another part of the driving flank meets a place of the driven one, so that its wear depth is
+interpolated again in every cycle of a wear step, only at those nodes that a footprint can close.
 """
 
 from __future__ import annotations
@@ -61,10 +61,10 @@ def widest(lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: flo
     ----------
     lines : ContactLines
     grid : FlankGrid
-        Whose nodes.
+        Grid of the nodes.
     loaded : (roll, face) bool array
     deepest : float [mm]
-        What the shape of the flanks varies by, at most.
+        Greatest variation of the flanks' shape.
     half_width : float [mm]
         As in `footprints`.
 
@@ -126,7 +126,7 @@ def _narrow(flank, half_width, closes, wears, slices, windows):  # type: ignore[
 def narrow(
     lines: ContactLines, removed: Removed, half_width: float, closes: FloatArray, wears: float, slices: IntArray
 ) -> IntArray:
-    """Windows of `removed` less the nodes that no footprint closes before the flanks have worn by so much more.
+    """Windows of `removed` without the nodes that no footprint closes while the flanks wear by `wears` more.
 
     Parameters
     ----------
@@ -138,12 +138,12 @@ def narrow(
     closes : (roll, face) array [mm]
         Gap that a Hertz contact under the line load closes.
     wears : float [mm]
-        That is removed from both flanks together at most, anywhere. As nothing comes back, a gap that is so much
-        more than a footprint's depth above the lowest one stays open.
+        Greatest further wear of both flanks together. A gap above the lowest one by more than this and a footprint's
+        depth stays open.
     slices : int array
-        To do; the windows of the others stay.
+        To compute; the windows of the others stay.
     """
     assert removed.windows is not None
     windows, flank = removed.windows.copy(), gap_of_flanks(lines, removed)
-    in_loose_shares(lambda share: _narrow(flank, half_width, closes, wears, share, windows), slices)
+    in_loose_shares(lambda part: _narrow(flank, half_width, closes, wears, part, windows), slices)
     return windows

@@ -1,4 +1,4 @@
-"""Friction of loaded contact lines, the power that it takes and the levers with which it acts."""
+"""Friction of loaded contact lines, its power loss and its lever arms."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Friction:
     d1 = 161 mm, and differ by 22 % at the 73 mm of the FZG test gears.
 
     Both are fits to whole meshes, at the pitch point's load, sum speed and radius. Here they are evaluated with those
-    of each slice: right to the fifth root of what varies along the path, and without the fall towards zero sliding
+    of each slice: accurate to the fifth root of what varies along the path, and without the drop to zero sliding
     at the pitch point. Fitted for line loads above 150 N/mm and pitch-line velocities of 1 to 50 m/s with mineral
     oil; line loads below 150 N/mm and sum speeds below 1 m/s count as these.
 
@@ -72,19 +72,19 @@ class Friction:
 
     def _oil_and_surface(self) -> float:
         if self.reference_diameter_mm is None:
-            rough = 0.048 * self.roughness_um**0.25
+            factor = 0.048 * self.roughness_um**0.25
         else:
-            rough = 0.045 * 3.8 * (self.roughness_um / self.reference_diameter_mm) ** 0.25
-        return float(rough * self.lubricant_factor * self.viscosity_mPas**-0.05)
+            factor = 0.045 * 3.8 * (self.roughness_um / self.reference_diameter_mm) ** 0.25
+        return float(factor * self.lubricant_factor * self.viscosity_mPas**-0.05)
 
 
 def power_loss(
     conditions: ContactConditions, friction: FloatArray, length: FloatArray, speed: FloatArray | None = None
 ) -> FloatArray:
-    """Power that friction takes at each roll position: the sum of mu q |v_s| over the line.
+    """Power loss by friction at each roll position: the sum of mu q |v_s| over the line.
 
     Where sliding is so slow that a part of the contact sticks (`traction`), the friction force is less than mu q by
-    the same share as in the balance of moments: what friction takes is what goes in less what comes out.
+    the same share as in the balance of moments: the loss is then input power less output power.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def power_loss(
 
 
 def mesh_efficiency(loss: FloatArray, roll: FloatArray, input_power: float) -> float:
-    """Efficiency of a mesh: one less the mean loss of all tooth pairs over the power that goes in.
+    """Efficiency of a mesh: 1 less the mean loss of all tooth pairs over the input power.
 
     With the load shared evenly among the pairs in contact, their sum being the nominal normal force, a constant
     coefficient and 1 <= eps_1 + eps_2 <= 2 with neither above 1, the loss of a spur pair is mu H_v, and

@@ -1,7 +1,7 @@
-"""Loaded contact of rubbing teeth: friction takes part of the torque, or adds to it.
+"""Loaded contact of teeth with friction, which takes part of the torque or adds to it.
 
 The torque balance of the driving body is sum F (a + mu s t) = T, with a the lever of the normal force, t that of the
-friction force and s its share of mu F (`traction`); the separation knows nothing of it. The moment of friction is
+friction force and s its share of mu F (`traction`); the separation does not depend on it. The moment of friction is
 nearly proportional to the loads, so a few frictionless solutions with torques T - sum F mu s t find it.
 """
 
@@ -26,16 +26,16 @@ from semiwear.meshing.surface_speed import SurfaceSpeeds
 __all__ = ["ROUGHLY", "FrictionalContact"]
 
 ROUGHLY = 1e-4
-"""Tolerance of the torque while what depends on the loads has not settled itself."""
+"""Tolerance of the torque while quantities that depend on the loads have not settled."""
 
 _TOLERANCE = 1e-10  # of the torque
-_USUAL = (-0.5, 1.0)  # bounds of friction's part of the torque where loads of another state start
+_FRICTION_PART = (-0.5, 1.0)  # bounds of friction's part of the torque if the start is loads of another state
 _ITERATIONS = 30
 
 
 @dataclass(frozen=True)
 class FrictionalContact:
-    """Load sharing of rubbing teeth, by that of frictionless ones under other torques; a `SolveLoads`.
+    """Load sharing with friction, from frictionless solutions under corrected torques; a `SolveLoads`.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class FrictionalContact:
     tolerance: float = _TOLERANCE
 
     def moment(self, problem: ContactProblem, loads: TeethLoads, worn: Footprints) -> FloatArray:
-        """Moment that friction needs of the driving body at each mesh position [N mm]."""
+        """Moment on the driving body that friction takes up at each mesh position [N mm]."""
         conditions, speeds = line_conditions(problem, loads, worn, self.speeds), self.speeds
         coefficient = self.friction.coefficient_of(conditions)
         roll, face = np.nonzero(loads.force)
@@ -77,7 +77,7 @@ class FrictionalContact:
         given, torque = problem.torque, problem.torque.copy()
         loads = problem.no_loads() if start is None else start
         if loads.force.any():
-            torque[chosen] /= 1.0 + np.clip(self.moment(problem, loads, worn) / given, *_USUAL)[chosen]
+            torque[chosen] /= 1.0 + np.clip(self.moment(problem, loads, worn) / given, *_FRICTION_PART)[chosen]
         left = chosen
         for _ in range(_ITERATIONS):
             at = [int(position) for position in left]

@@ -39,7 +39,7 @@ __all__ = [
     "varies_by",
 ]
 
-_SAME = 1e-9  # of the height of a slice: a node that is so near to an end of it lies there, on either side
+_SAME = 1e-9  # of the height of a slice: a node within this distance of an end lies there, on either side
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 ON_EDGES = 2 * _ARC_NODES + 2  # places of an outline on edges and at borders, at most
 
@@ -113,7 +113,7 @@ def gap_of_flanks(lines: ContactLines, removed: Removed) -> FlankGap:
         lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
         lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split,
     )  # fmt: skip
-    # of one layout each, and none read-only: kernels would be compiled once more for every other
+    # contiguous and writable: kernels would be compiled again for every other layout
     return FlankGap._make(np.require(array, requirements=("C", "W")) for array in gap)
 
 
@@ -168,29 +168,29 @@ def fresh_curve(derivatives):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def fresh_on(curve, away):  # type: ignore[no-untyped-def]
+def fresh_on(curve, distance):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance in profile coordinates from the line.
 
-    The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
-    beyond the place where its curvature vanishes the separation goes on straight.
+    The separation is convex. Its polynomial need not be, far out on one side, and could fall there without limit:
+    beyond the point of zero curvature the separation is continued linearly.
     """
-    d = min(max(away, curve.below), curve.above)
+    d = min(max(distance, curve.below), curve.above)
     slope = curve.slope + d * (curve.bend + d * (0.5 * curve.third + d * curve.fourth / 6.0))
     rise = d * (curve.slope + d * (0.5 * curve.bend + d * (curve.third / 6.0 + d * curve.fourth / 24.0)))
-    return curve.least + rise + (away - d) * slope
+    return curve.least + rise + (distance - d) * slope
 
 
 @inner_njit(cache=True, error_model="numpy")
-def fresh_gap(away, derivatives):  # type: ignore[no-untyped-def]
+def fresh_gap(distance, derivatives):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance from the line, from its derivatives there: `fresh_on`."""
-    return fresh_on(fresh_curve(derivatives), away)
+    return fresh_on(fresh_curve(derivatives), distance)
 
 
 @inner_njit(cache=True, error_model="numpy")
-def fresh_slope(away, derivatives):  # type: ignore[no-untyped-def]
+def fresh_slope(distance, derivatives):  # type: ignore[no-untyped-def]
     """Derivative of `fresh_gap`."""
     curve = fresh_curve(derivatives)
-    d = min(max(away, curve.below), curve.above)
+    d = min(max(distance, curve.below), curve.above)
     return curve.slope + d * (curve.bend + d * (0.5 * curve.third + d * curve.fourth / 6.0))
 
 
@@ -217,7 +217,7 @@ def _tangent(gap, direction):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
-    """Fresh separation on a rounded edge, so far beyond its border: the flank's tangent falls away along an arc."""
+    """Fresh separation on a rounded edge beyond its border, where the flank's tangent turns off along an arc."""
     return fresh + slope * beyond + radius - sqrt(max(radius * radius - beyond * beyond, 0.0))
 
 
@@ -248,7 +248,7 @@ def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
 def add_arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
     """Append points of a rounded edge to the outline, in the order of their profile coordinates.
 
-    Where the edge is the other body's, the flank goes on beyond it: the rounding presses on the wall of the groove
+    Where the edge is the other body's, the flank continues beyond it: the rounding presses on the wall of the groove
     that the edge has worn.
     """
     border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
@@ -286,7 +286,7 @@ def reaches_ends(gap, first, last):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def rises_within(height, bend):  # type: ignore[no-untyped-def]
-    """Distance within which a fresh gap of this bend rises by a height: without end where it is flat."""
+    """Distance within which a fresh gap of this bend rises by a height: infinite where it is flat."""
     return sqrt(2.0 * height / bend) if bend > 0.0 else np.inf
 
 
@@ -335,7 +335,7 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
         count = add_arc(gap, -1.0, depth, u, g, count)
     p = first_from(nodes, start)
     if start > low and p > 0 and nodes[p - 1] > low + same:
-        # from a node, where nothing has to be read between
+        # from a node, which needs no interpolation
         p -= 1
     else:
         u[count] = start

@@ -94,7 +94,7 @@ def solve_half_space(
     Parameters
     ----------
     gap : (nx, ny) array [mm]
-        Separation of the undeformed surfaces, from any zero. Cells outside the mask may hold anything.
+        Separation of the undeformed surfaces, measured from any zero. Cells outside the mask may hold anything.
     cell : (float, float) [mm]
         Sides dx, dy of a cell, of any aspect.
     effective_modulus : float [MPa]

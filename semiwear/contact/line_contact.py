@@ -1,8 +1,8 @@
 """Fidelity `line`: the compliance of a contact line is the stripe kernel, pressure across it is Hertz's.
 
-To the tooth compliance of a `ContactProblem` comes the stripe kernel of each line less the half-space displacement at
-the mid-surface, with half-widths that follow the loads. Pressures across worn slices and over edges are those of the
-plane contact of each slice under its load.
+The tooth compliance of a `ContactProblem` is increased by the stripe kernel of each line less the half-space
+displacement at the mid-surface, with half-widths that follow the loads. Pressures across worn slices and over edges
+are those of the plane contact of each slice under its load.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from semiwear.threads import in_shares
 __all__ = ["LINE", "SMOOTH_LINE", "SMOOTH_WIDTH_TOLERANCE", "line_pressures", "solve_lines", "with_pressed_edges"]
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
-_ROUGH_WIDTH_TOLERANCE = 1e-3  # of the same, while loads are looked for that nothing but a start or a length needs
+_ROUGH_WIDTH_TOLERANCE = 1e-3  # of the same, for loads that serve only as a start or for a step length
 SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
-_ROUNDING = 0.01  # of a usual approach: over it slices come to bear where results are to be smooth
+_ROUNDING = 0.01  # of a typical approach: range in which slices come into contact where results are to be smooth
 _CUT_IN = 0.25  # of a footprint's depth: an edge that cuts off less counts in part where results are to be smooth
-_PRESSES_IN = 0.05  # of a usual approach, likewise: an edge that is nearer by less
-_NARROWEST = 1.1 * LEAST_WIDTH  # of the usual half-width: a pressed edge, with room for loads that fall yet
-_LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
-_CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
+_PRESSES_IN = 0.05  # of a typical approach, likewise: an edge that overlaps by less
+_NARROWEST = 1.1 * LEAST_WIDTH  # of the typical half-width: least one of a pressed edge, with room for falling loads
+_LIGHTEST = 0.03  # of the typical line load: assumed on an edge that hardly touches
+_CAPS = 20  # sets of candidate slices tried; the approach grows less each time: two or three are enough
 
 
 def solve_lines(
@@ -52,27 +52,27 @@ def solve_lines(
 ) -> TeethLoads:
     """Loads of the slices; as in `SolveLoads`, with half-widths to a relative tolerance.
 
-    With a `rounding` slices come to bear by and by, over this share of a usual approach (`rounded_contact`).
+    With a `rounding`, slices come into contact gradually, over this part of a typical approach (`rounded_contact`).
     """
     loads = problem.no_loads() if start is None else start.copy()
     softer = worn.softer if wear_compliance is None else worn.softer + wear_compliance
     slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), softer.ravel())
-    usual = problem.usual_half_width
-    near = NearField(problem.modulus, 2.0 * usual, stripe_table())
-    rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
+    typical_width = problem.usual_half_width
+    near_field = NearField(problem.modulus, 2.0 * typical_width, stripe_table())
+    rules = SharingRules(near_field, typical_width, problem.least_curvature, tolerance, problem.max_iterations)
     rounded = Rounding(rounding * problem.typical_approach, rounding * problem.usual_load) if rounding else None
     stepping = wear_compliance is not None
     known: BoolArray = np.asarray(loads.force.any(axis=1).reshape(problem.pairs, -1).any(axis=0))
 
-    def solve(share: IntArray) -> None:
-        for position in share:
+    def solve(part: IntArray) -> None:
+        for position in part:
             at, is_known = int(position), bool(known[position])
             _solve_position(problem, at, worn, slices, rules, rounded, loads, known=is_known, stepping=stepping)
 
-    wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
-    in_shares(solve, wanted)
+    chosen = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
+    in_shares(solve, chosen)
     if not stepping:
-        worn.require_followed(loads.force, wanted, problem.per_cycle)
+        worn.require_followed(loads.force, chosen, problem.per_cycle)
     return loads
 
 
@@ -99,9 +99,9 @@ def with_pressed_edges(
 ) -> Footprints:
     """Contact of edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
-    Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
-    soft where the wall of a groove is all that bears. An edge that is pressed in `before` stays so: under much
-    load it may hold the flanks farther apart than its footprint's mean gap says. As in `WithEdges`; `smooth` is that
+    Hertz's law with a footprint's mean gap is too stiff where pressure rests on the rounding of an edge, and too
+    soft where only the wall of a groove bears load. An edge that is pressed in `before` stays so: under high
+    load it may hold the flanks farther apart than its footprint's mean gap. As in `WithEdges`; `smooth` is that
     of `solve_slices`.
     """
     lines, modulus = problem.lines, problem.modulus
@@ -115,7 +115,7 @@ def with_pressed_edges(
     load = np.where(pressed, np.maximum(problem.line_load(loads), _LIGHTEST * problem.usual_load), 0.0)
     touched = solve_slices(lines, worn, load, modulus, 0.0, smooth=smooth)[1]
     touched = replace(touched, softer=worn.softer.copy())
-    # no half-width is as little as load sharing holds: what is narrower is softer by the same logarithm
+    # load sharing limits half-widths from below: a narrower contact is softer by the same logarithm
     per_load = 2.0 / (np.pi * modulus)
     closes = per_load * load[pressed]
     width = np.sqrt(2.0 * closes / touched.curvature[pressed])
@@ -123,7 +123,7 @@ def with_pressed_edges(
     touched.softer[pressed] = per_load / lines.length[pressed] * np.log(wide / width)
     touched.curvature[pressed] = 2.0 * closes / wide**2
     if smooth:
-        # an edge that just comes near, or to cut off a footprint, is felt by and by
+        # an edge that just comes close, or begins to cut off a footprint, takes effect gradually
         nearer = (approach - worn.least)[pressed] / (_PRESSES_IN * problem.typical_approach)
         part = np.clip(worn.cut[pressed] / _CUT_IN, 0.0, 1.0) * np.clip(nearer, 0.0, 1.0)
         for name in OF_PRESSED_EDGES:
@@ -178,13 +178,13 @@ def _solve_position(
             return
     raise ConvergenceError(
         f"load sharing stopped at mesh position {position}/{problem.per_cycle}: the approach, {reached:.3g} mm by "
-        "now, grows with every slice that is let touch; check the torque, the materials and "
+        "now, grows with every slice that may touch; check the torque, the materials and "
         "numerics.tooth_compliance"
     )
 
 
 def _first_cap(problem: ContactProblem, rolls: IntArray, worn: Footprints) -> float:
-    """Separation within which slices are let touch where no loads are known [mm]."""
+    """Separation within which slices may touch where no loads are known [mm]."""
     near = problem.is_near(problem.lines)[rolls]
     nearest = float(worn.gap[rolls][near].min()) if near.any() else 0.0
     return FIRST_CAP * problem.typical_approach + nearest

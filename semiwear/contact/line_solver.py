@@ -1,4 +1,4 @@
-"""Load sharing along contact lines: forces on slices whose Hertz widths follow them."""
+"""Load sharing along contact lines: forces on slices whose Hertz widths follow the forces."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from semiwear.kernel_cache import inner_njit, njit
 __all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
 
 _SETS = 400  # active sets tried for one matrix
-_CORRECTIONS = 12  # by one factor; where these are not enough, a new one is made
-_NEARLY = 1e-2  # of the tolerance of half-widths: separation of pressed slices, over the approach, meanwhile
-_CLOSED = 1e-13  # of the approach: what is left of it in the end
+_CORRECTIONS = 12  # with one factor; if these are not enough, a new one is made
+_NEARLY = 1e-2  # of the tolerance of half-widths: separation in contact, over the approach, while widths change
+_CLOSED = 1e-13  # of the approach: separation of pressed slices at the end
 
 
 class LineStatus(IntEnum):
@@ -47,7 +47,7 @@ class Slices(NamedTuple):
     static : (n, n) array [mm/N]
         Compliance apart from the near field of the stripe kernel.
     gap, lever, arc, length, floor : (n,) arrays [mm]
-        Separation, lever arm, place along the line, length, and least half-width of slices hardly loaded.
+        Separation, lever arm, position along the line, length, and least half-width of lightly loaded slices.
     curvature : (n,) array [1/mm]
     starts : (lines + 1,) int array
         First slice of each line.
@@ -86,7 +86,7 @@ class NearField(NamedTuple):
 
 @inner_njit(cache=True, error_model="numpy")
 def _mixing(residual, last_residual):  # type: ignore[no-untyped-def]
-    """Share of the step before that is taken back (Anderson 1965, depth one)."""
+    """Fraction of the step before that is taken back (Anderson 1965, depth one)."""
     product, square = 0.0, 0.0
     for i in range(residual.shape[0]):
         d = residual[i] - last_residual[i]
@@ -104,8 +104,8 @@ def _separate(slices, pairs, between, rotation, force, slack):  # type: ignore[n
         for j in range(n):
             total += slices.static[i, j] * force[j]
         slack[i] = total
-    for p in range(pairs.one.shape[0]):
-        i, j = pairs.one[p], pairs.other[p]
+    for p in range(pairs.first.shape[0]):
+        i, j = pairs.first[p], pairs.second[p]
         slack[i] += between[p] * force[j]
         if j > i:
             slack[j] += between[p] * force[i]
@@ -115,7 +115,7 @@ def _separate(slices, pairs, between, rotation, force, slack):  # type: ignore[n
 def _corrected(work, slices, pairs, between, torque, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
     """Forces corrected by the factor of other half-widths: whether they fulfil the contact conditions, and rotation.
 
-    They do not where the set of pressed slices has to change, or half-widths have changed by much.
+    They do not if the set of pressed slices has to change, or half-widths have changed by much.
     """
     n = slices.gap.shape[0]
     _separate(slices, pairs, between, rotation, force, slack)
@@ -137,7 +137,7 @@ def _corrected(work, slices, pairs, between, torque, closed, active, rotation, f
 
 @njit(cache=True, error_model="numpy")
 def _solve(work, factored, slices, pairs, between, torque, rounding, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
-    """Forces for some half-widths, by the factor of earlier ones where that will do: status and rotation."""
+    """Forces for given half-widths, by the factor of earlier ones if that suffices: status and rotation."""
     if rounding is None and factored:
         found, rotation = _corrected(
             work, slices, pairs, between, torque, closed, active, rotation, force, slack
@@ -153,15 +153,15 @@ def _solve(work, factored, slices, pairs, between, torque, rounding, closed, act
         )
     if rounding is not None and status == 0:
         full = rounding.load * slices.length
-        what = (matrix, slices.gap, slices.lever, full, rounding.depth, torque, closed)
-        status, rotation = solve_rounded(work, factored, *what, rotation, force, slack)
+        problem = (matrix, slices.gap, slices.lever, full, rounding.depth, torque, closed)
+        status, rotation = solve_rounded(work, factored, *problem, rotation, force, slack)
     return status, rotation
 
 
-# one other kernel calls it, which takes it up whole: by itself it takes a fifteenth of a first run to compile
+# inlined into the one kernel that calls it: compiled by itself it takes a fifteenth of a first run
 @njit(cache=True, error_model="numpy", inline="always")
 def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
-    """Forces on slices whose Hertz widths follow them.
+    """Forces on slices whose Hertz widths follow the forces.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, 
         Greatest change of half-widths, relative to the greatest of them.
     max_iterations : int
     active : (n,) bool array, changed
-        Slices that press.
+        Slices in contact.
     width : (n,) array [mm], changed
         Half-widths.
 
@@ -198,8 +198,8 @@ def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, 
     for iteration in range(1, max_iterations + 1):
         between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.table)
         closed = _NEARLY * max(0.1 * change, tolerance)
-        what = (slices, pairs, between, torque, rounding, closed)
-        status, rotation = _solve(work, iteration > 1, *what, active, rotation, force, slack)
+        problem = (slices, pairs, between, torque, rounding, closed)
+        status, rotation = _solve(work, iteration > 1, *problem, active, rotation, force, slack)
         if status != 0:
             return status, rotation, force, slack, iteration, change
         even = average_along_lines(force, slices.starts, slices.arc, slices.length, near.average)
@@ -213,12 +213,12 @@ def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, 
         change /= widest
         if change < tolerance:
             if iteration > 1:
-                what = (slices, pairs, between, torque, rounding, _CLOSED)
-                status, rotation = _solve(work, True, *what, active, rotation, force, slack)
+                problem = (slices, pairs, between, torque, rounding, _CLOSED)
+                status, rotation = _solve(work, True, *problem, active, rotation, force, slack)
             for i in range(n):  # an array assigned whole takes a second longer to compile
                 width[i] = np.exp(image[i])
             return status, rotation, force, slack, iteration, change
-        # widths and loads answer each other, sometimes slowly, sometimes with overshoot
+        # widths and loads depend on each other: the iteration converges slowly at times, and overshoots at others
         mixing = _mixing(residual, last_residual) if iteration > 1 else 0.0
         for i in range(n):
             width[i] = np.exp(image[i] - mixing * (image[i] - last_image[i]))

@@ -22,13 +22,13 @@ from semiwear.meshing.roll_grid import RollGrid
 
 __all__ = ["LoadedState", "LoadedTeeth", "fresh_flanks", "slices_near"]
 
-_USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the problem's reach always has room
-_EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
+_TYPICAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification that the problem's reach always includes
+_EDGE_PASSES = 3  # pressed edges yield under their loads, and loads follow as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
-_FIRST_PASSES, _FIRST_TOLERANCE = 4, 3e-3  # of the same, where no loads are known; by less, edges yield in cells
+_FIRST_PASSES, _FIRST_TOLERANCE = 4, 3e-3  # of the same, if no loads are known; below it edges yield in cells
 _SMOOTH_PASSES, _SMOOTH_TOLERANCE = 12, 1e-7  # of the same, where results are to be smooth
-_BENDS = 0.03  # of a half-width from one solved position to the next but one: a way that bends less is taken for even
-_ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
+_BENDS = 0.03  # of a half-width, second difference over solved positions: a path that bends less is taken as straight
+_ALONG = 6.0  # contact widths from a pressed edge, within which it affects the loads of other slices
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class LoadedState:
     wear : (face, profile) array [mm]
         Of the driven flank.
     touched : Footprints
-        At the positions that are solved, on the flanks as they are worn.
+        At the solved positions, on the worn flanks.
     coarse : Footprints
-        The same with pressed edges as they yield.
+        The same with the compliance of pressed edges.
     loads : TeethLoads
     driving_wear : (face, profile) array [mm] or None
         Of the driving flank, on its own grid; None where it does not wear.
@@ -60,7 +60,7 @@ class LoadedState:
 
 @dataclass(frozen=True)
 class LoadedTeeth:
-    """Everything that does not change while a flank wears.
+    """Teeth under load: everything that does not change while a flank wears.
 
     Attributes
     ----------
@@ -78,9 +78,9 @@ class LoadedTeeth:
     zero : float [mm]
         Mean unloaded, unworn separation over a mesh cycle of this placement: where transmission error is zero.
     modification : (rows, face, profile) array [mm] or None
-        What unworn flanks lack, as the driven flank's nodes meet it: one row, or one a roll position of `fine`.
+        Material removed from unworn flanks at the driven one's nodes: one row, or one per roll position of `fine`.
     driving : DrivingFlank or None
-        Where the driving flank's wear is kept; None where it does not wear.
+        Grid of the driving flank's wear; None where it does not wear.
     smooth : bool
         Whether everything is iterated until results are smooth functions of the scene's fields, as differences of
         runs need; otherwise until they are accurate enough.
@@ -104,9 +104,9 @@ class LoadedTeeth:
         """Where the lines of the solved positions lie on the flank, near contact and in motion, (roll, face)."""
         lines = self.lines
         inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
-        # a shifted pinion turns until the flanks touch, which `zero` says
+        # a shifted pinion turns until the flanks touch, at the separation `zero`
         inside &= lines.separation[0] - self.zero < self.problem.reach
-        # where a line stops or turns at a border its speed is none of the flank's
+        # where a line stops or turns at a border, its speed is not that of the flank
         inside[1:-1] &= inside[2:] & inside[:-2]
         return np.asarray(inside)
 
@@ -134,7 +134,7 @@ class LoadedTeeth:
         wear : (face, profile) array [mm]
         driving_wear : (face, profile) array [mm], optional
         slices : int array, optional
-            To do where both flanks wear; nothing is known of the others.
+            To compute where both flanks wear; the others are not filled.
         """
         if driving_wear is None or self.driving is None:
             return fresh_flanks(self.fine, self.grid, self.modification, wear)
@@ -152,7 +152,7 @@ class LoadedTeeth:
     ) -> Removed:
         """The same with wear of both flanks, between the nodes of windows only, (roll, face, 2).
 
-        `before` gives its memory away.
+        The memory of `before` is reused.
         """
         assert self.driving is not None
         grid, unworn = self.driving.driven, self._finer_modification
@@ -168,19 +168,19 @@ class LoadedTeeth:
         wears: float = 0.0,
         lines: ContactLines | None = None,
     ) -> IntArray:
-        """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more.
+        """Nodes between which footprints of loaded slices (roll, face) may lie on flanks with this wear, or more.
 
         On `lines`; on those of the fine roll grid by default.
         """
         assert self.driving is not None
         grid = self.driving.driven
         worn = grid.from_grid(wear), self._finer_modification, driving_wear
-        deepest = sum(float(depth.max()) for depth in worn) + wears  # nothing else stands at zero
+        deepest = sum(float(depth.max()) for depth in worn) + wears  # all depths are zero or more
         return widest(self.fine if lines is None else lines, grid, loaded, deepest, self.half_width)
 
     @cached_property
     def _finer_modification(self) -> FloatArray:
-        """That on the nodes of the driven flank where the driving one's wear is read, (rows, face, profile) [mm]."""
+        """`modification` at the nodes of `driving.driven`, (rows, face, profile) [mm]."""
         assert self.driving is not None
         grid = self.driving.driven
         return np.zeros((1, *grid.profile.shape)) if self.modification is None else grid.from_grid(self.modification)
@@ -188,7 +188,7 @@ class LoadedTeeth:
     def touch(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, chosen: BoolArray | None = None
     ) -> Footprints:
-        """Footprints on flanks so much worn [mm], on the fine roll grid.
+        """Footprints on flanks with wear [mm], on the fine roll grid.
 
         Of slices that can carry load, or chosen ones of them, (roll, face).
         """
@@ -197,8 +197,8 @@ class LoadedTeeth:
     def fine_places(self, wear: FloatArray, driving_wear: FloatArray | None, touched: Footprints) -> FloatArray:
         """Profile coordinates of the footprints' centres on the fine roll grid, (roll, face) [mm].
 
-        Between solved positions they are found where their way bends, elsewhere they go on evenly beside the fresh
-        line.
+        Between solved positions they are computed where their path bends, and interpolated linearly elsewhere, as
+        distances from the fresh line.
 
         Parameters
         ----------
@@ -263,10 +263,10 @@ class LoadedTeeth:
         problem, fidelity = self.problem, self.fidelity
         solved = start is None
         loads = fidelity.solve(problem, coarse) if start is None else start
-        # where loads of another state start, edges hardly ever yield under them as they do in the end
+        # loads of another state seldom give the final compliance of edges
         first = fidelity.solve if start is None or self.smooth else fidelity.roughly or fidelity.solve
         edged, residual = coarse, np.zeros(self.rolls.phase.size)
-        unsettled = np.ones(residual.size, dtype=bool)  # mesh positions know nothing of one another
+        unsettled = np.ones(residual.size, dtype=bool)  # mesh positions are independent of one another
         exact = np.full(residual.size, solved)
         passes, tolerance = (_FIRST_PASSES, _FIRST_TOLERANCE) if start is None else (_EDGE_PASSES, _EDGE_TOLERANCE)
         if self.smooth:
@@ -298,8 +298,8 @@ class LoadedTeeth:
         if steps == 1:
             return values
         following = np.concatenate([values[1:], values[-1:]])
-        share = (np.arange(steps) / steps)[None, :, None]
-        return np.asarray(((1.0 - share) * values[:, None] + share * following[:, None]).reshape(-1, values.shape[1]))
+        part = (np.arange(steps) / steps)[None, :, None]
+        return np.asarray(((1.0 - part) * values[:, None] + part * following[:, None]).reshape(-1, values.shape[1]))
 
     def pressures(self, state: LoadedState) -> SlicePressures:
         """Greatest pressures of every slice.
@@ -317,9 +317,9 @@ class LoadedTeeth:
         )
 
     def root_stress(self, state: LoadedState) -> FloatArray:
-        """Greatest root stress of every body's tooth [MPa], (roll, body), the forces where the worn flank bears them.
+        """Greatest root stress of each body's tooth [MPa], (roll, body), forces where they act on the worn flank.
 
-        Fidelity `patch` knows the force on every cell, `line` the middle of each slice's footprint.
+        At fidelity `patch` they act on every cell, at `line` in the middle of each slice's footprint.
         """
         force, moved = state.loads.force, state.coarse.profile - self.lines.profile
         if self.problem.cells is not None:
@@ -351,7 +351,7 @@ class LoadedTeeth:
 def fresh_flanks(
     lines: ContactLines, grid: FlankGrid, modification: FloatArray | None, wear: FloatArray | float = 0.0
 ) -> Removed:
-    """Material that modifications, and wear of the driven flank [mm], take off the flanks.
+    """Material removed from the flanks by modifications and by wear of the driven flank [mm].
 
     Parameters
     ----------
@@ -366,6 +366,6 @@ def fresh_flanks(
 
 
 def slices_near(problem: ContactProblem, lines: ContactLines, removed: Removed) -> BoolArray:
-    """Slices of lines that can carry load where so much is removed, (roll, face)."""
+    """Slices of lines that can carry load with this material removed, (roll, face)."""
     deepest = float(removed.depth.max())
-    return problem.is_near(lines, deepest if deepest > _USUAL_DEPTH * problem.base_pitch else 0.0)
+    return problem.is_near(lines, deepest if deepest > _TYPICAL_DEPTH * problem.base_pitch else 0.0)

@@ -1,6 +1,6 @@
 """Pressures to start from: from a coarser grid to a finer one, and from two positions to the next.
 
-Near the edge of a smooth contact the pressure goes as the square root of the distance (Johnson 1985, sec. 5.1).
+Near the edge of a smooth contact the pressure varies as the square root of the distance (Johnson 1985, sec. 5.1).
 Its square ends with a slope, so that interpolation and extrapolation of the square find the edge between cells.
 """
 
@@ -13,7 +13,7 @@ from semiwear.kernel_cache import njit
 __all__ = ["coarsen", "extrapolate_pressure", "refine_pressure"]
 
 
-_SHIFT = 4  # cells by which an edge may move from one position to the next and still be foreseen
+_SHIFT = 4  # cells by which an edge may move from one position to the next within the extrapolation
 
 
 @njit(cache=True, error_model="numpy")
@@ -90,7 +90,7 @@ def refine_pressure(coarse, nx, ny, along_x, along_y, allowed):  # type: ignore[
 
 @njit(cache=True, error_model="numpy")
 def extrapolate_pressure(previous, before):  # type: ignore[no-untyped-def]
-    """Pressure that follows the last two when its square changes as much again."""
+    """Pressure extrapolated from the last two, linearly in its square."""
     now, past = _beyond_the_edge(previous, _SHIFT), _beyond_the_edge(before, _SHIFT)
     nx, ny = now.shape
     result = np.zeros((nx, ny))

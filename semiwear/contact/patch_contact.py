@@ -2,9 +2,9 @@
 
 For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_sharing`). Under each pair
 lies the half-space with Love's uniformly loaded rectangles; teeth and rims deflect slice by slice, as at fidelity
-`line`, which gives the start, but a force bends teeth where its cell lies, and bent flanks lean away from the cells
+`line`, which gives the start, but a force bends teeth at its cell, and bent flanks lean away from the cells
 nearer to a tip. The gap is taken over the flanks up to their rounded edges, so that contact beyond the path of action
-needs no case of its own.
+needs no special case.
 
 Slightly bent lines are treated as straight: a patch keeps its arc lengths, not its chords.
 """
@@ -39,12 +39,12 @@ from semiwear.threads import in_shares
 
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
 
-_APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
-_ROUGH_FORCE_TOLERANCE = 1e-6  # of the forces, where nothing but a start or a length needs them
+_APPROACHES = 60  # the approach grows less with more cells, so that a few are enough; doubled where no cell touches
+_ROUGH_FORCE_TOLERANCE = 1e-6  # of the forces, for loads that serve only as a start or for a step length
 _CONVOLUTIONS = 400  # at a mesh position
 _MARGIN = 1.05  # of the expected approach, within which gaps can close
-_LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least
-_AROUND = 8.0  # half-widths along the line within which pressure counts for the stress below the surface
+_LEAST_APPROACH = 0.1  # of a typical one: least range of gaps that is considered
+_AROUND = 8.0  # half-widths along the line within which pressure contributes to the stress below the surface
 _ROWS = 8  # rows of a patch come in multiples
 
 
@@ -61,19 +61,17 @@ def solve_cells(
     loads = problem.no_loads() if start is None else start.copy()
     flanks = gap_of_flanks(problem.lines, worn.removed)
 
-    def solve(share: IntArray) -> list[_Found]:
-        positions = (
-            _Position(problem, int(position), worn, flanks, wear_compliance, tolerance) for position in share
-        )
+    def solve(part: IntArray) -> list[_Found]:
+        positions = (_Position(problem, int(position), worn, flanks, wear_compliance, tolerance) for position in part)
         return [position.solve(loads) for position in positions]
 
-    wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
-    found = [one for share in in_shares(solve, wanted) for one in share]
-    loads.cells = _with_columns(loads.cells, max((one.cells.shape[1] for one in found), default=0))
-    for one in found:
-        _keep(problem, one, loads)
+    chosen = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
+    solved = [found for part in in_shares(solve, chosen) for found in part]
+    loads.cells = _with_columns(loads.cells, max((found.cells.shape[1] for found in solved), default=0))
+    for found in solved:
+        _keep(problem, found, loads)
     if wear_compliance is None:
-        worn.require_followed(loads.force, wanted, problem.per_cycle)
+        worn.require_followed(loads.force, chosen, problem.per_cycle)
     return loads
 
 
@@ -116,8 +114,8 @@ def subsurface_stress(
 ) -> GreatestSubsurfaceStress:
     """Greatest stress below the surface around a slice of a roll position."""
     cells, length = _cells_of(problem), problem.slice_length
-    some = _AROUND * problem.usual_half_width
-    rows = slice(max(face - int(some / length) - 1, 0), face + int(some / length) + 2)
+    distance = _AROUND * problem.usual_half_width
+    rows = slice(max(face - int(distance / length) - 1, 0), face + int(distance / length) + 2)
     pressure = cells.pressure(loads.cells)[roll, rows]
     return greatest_subsurface_stress(pressure, cell=(length, cells.width), poissons_ratio=poissons_ratio)
 
@@ -130,7 +128,7 @@ def _cells_of(problem: ContactProblem) -> PatchCells:
 
 @lru_cache(maxsize=64)
 def _coefficients(rows: int, columns: int, cell: tuple[float, float], modulus: float) -> FloatArray:
-    """Displacement under a unit force on a cell [mm/N], by rows and columns apart."""
+    """Displacement under a unit force on a cell [mm/N], by distance in rows and columns."""
     return love_coefficients((rows, columns), cell) / (modulus * cell[0] * cell[1])
 
 
@@ -151,7 +149,7 @@ class _Position:
         return f"mesh position {self.position}/{self.problem.per_cycle}"
 
     def solve(self, loads: TeethLoads) -> _Found:
-        """The loads, from those that are there."""
+        """Loads of the position, from those in `loads` as a start."""
         problem, worn, cells = self.problem, self.worn, _cells_of(self.problem)
         rolls, lever = problem.rolls_of(self.position), float(problem.lines.lever_arm.max())
         least, usual = float(worn.least[rolls].min()), problem.typical_approach
@@ -183,7 +181,7 @@ class _Position:
                 longer = self.wear_compliance is not None
                 shorter = ", or take shorter wear steps (more numerics.wear_steps)" if longer else ""
                 raise ConvergenceError(f"load sharing stopped at {self.where}: {_reason(solution)}{shorter}")
-            # gaps up to the approach were looked at: what reaches farther is solved again with more
+            # gaps up to the approach were considered: if the solution reaches farther, it is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
                 return _Found(self.position, rows, solution, iterations)
@@ -191,20 +189,20 @@ class _Position:
             start[rows.pairs(problem), rows.faces] = solution.sharing.pressure
         raise ConvergenceError(
             f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
-            "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
+            "cell that may touch; check the torque, the materials and numerics.tooth_compliance"
         )
 
     def _growth(self, force: FloatArray, rolls: IntArray) -> float:
-        """By how much more a wear step under forces lets flanks approach [mm]: its wear where they are, on average.
+        """Further approach of the flanks in a wear step [mm]: its wear, weighted with the forces.
 
-        A start that was found under a wear step counts it twice, which only lets more be looked at.
+        A start that was found in a wear step counts it twice, which only adds cells.
         """
         if self.wear_compliance is None:
             return 0.0
         return float((self.wear_compliance[rolls] * force**2).sum() / force.sum())
 
     def _farther(self, least: float, approach: float) -> float:
-        """A greater approach to look at where no cell's middle is nearer: an edge may be steep over a cell."""
+        """A greater approach, if no cell's middle is nearer: an edge may be steep over a cell."""
         lines = self.problem.lines
         if approach - least > float((lines.high - lines.low).max()):
             raise ConvergenceError(
@@ -214,14 +212,14 @@ class _Position:
         return least + 2.0 * (approach - least)
 
     def _line_loads(self) -> TeethLoads | None:
-        """The start at fidelity `line`; none where that fails, which is no reason for patches to fail."""
+        """The start at fidelity `line`; None if that fails, since patches may still converge."""
         try:
             return solve_lines(self.problem, self.worn, None, self.wear_compliance, [self.position])
         except ConvergenceError:
             return None
 
     def _hertz(self, rolls: IntArray, columns: int, first: TeethLoads) -> FloatArray:
-        """Line loads as semi-ellipses around the footprints: where cells are first taken to touch."""
+        """Line loads as semi-ellipses around the footprints, the first guess of the cells' forces."""
         lines, cells = self.problem.lines, _cells_of(self.problem)
         offset = cells.offsets(columns)
         centre = (self.worn.profile[rolls] - lines.profile[rolls]) * lines.spacing[rolls]
@@ -257,8 +255,8 @@ class _Position:
 def _between_rows(candidate, known, rolls, faces, worn, profile, spacing, lever_arm, offsets, wear, gap):  # type: ignore[no-untyped-def]
     """`smooth`, `tilt`, `aside` and `across` of a `PatchSystem`, and lever arms of its rows [mm].
 
-    `worn` and `profile` (roll, face) are the places of footprints and fresh lines; `wear` is flat, with no entries
-    where no step is taken; gaps of rows that are no candidates become infinite.
+    `worn` and `profile` (roll, face) are the positions of footprints and fresh lines; `wear` is flat, and empty
+    outside wear steps; gaps of rows that are no candidates become infinite.
     """
     rows, columns = gap.shape
     smooth, tilt, aside = np.zeros((rows, rows)), np.zeros((rows, rows)), np.zeros((rows, rows))
@@ -270,7 +268,7 @@ def _between_rows(candidate, known, rolls, faces, worn, profile, spacing, lever_
             gap[r] = np.inf
             continue
         moved[r] = min(max(worn[k, i] - known.profile[own], -known.farthest_move), known.farthest_move)
-        # tooth compliance was taken at footprints
+        # tooth compliance refers to the footprints
         footprint, farthest = (worn[k, i] - profile[k, i]) * spacing[k, i], known.farthest_aside[own]
         for c in range(columns):
             across[r, c] = min(max(offsets[c] - footprint, -farthest), farthest)
@@ -313,7 +311,7 @@ class _Found(NamedTuple):
 
 
 def _keep(problem: ContactProblem, found: _Found, loads: TeethLoads) -> None:
-    """Put the loads of a mesh position where they belong."""
+    """Store the loads of a mesh position in `loads`."""
     rows, position = found.rows, found.position
     _put(
         found.cells, rows.rolls, rows.faces, problem.rolls_of(position), _cells_of(problem).width, loads.cells,
@@ -327,7 +325,7 @@ def _keep(problem: ContactProblem, found: _Found, loads: TeethLoads) -> None:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _put(found, rolls, faces, every, width, cells, force, half_width):  # type: ignore[no-untyped-def]
-    """Put forces on rows of cells [N] into those of all slices, zero elsewhere at `every` roll position of theirs.
+    """Store forces on rows of cells [N] in those of all slices; the rest is zero at the roll positions `every`.
 
     Parameters
     ----------
@@ -336,7 +334,7 @@ def _put(found, rolls, faces, every, width, cells, force, half_width):  # type: 
     every : (pairs,) int array
     width : float [mm]
         Of a cell.
-    cells : (roll, face, at least so many columns) array [N], changed
+    cells : (roll, face, at least as many columns) array [N], changed
     force, half_width : (roll, face) arrays [N], [mm], changed
     """
     for roll in every:
@@ -370,10 +368,10 @@ class _Rows:
     ----------
     candidates : Candidates
     approach : float [mm]
-        Gaps up to it were looked at.
+        Greatest gap that was considered.
     rolls, faces : (n,) int arrays
     starts : (pairs + 1,) int array
-        First row of each pair that has any.
+        First row of each pair that has rows.
     candidate : (n,) int array
         Index in `candidates`; -1 where there is none.
     """
@@ -391,7 +389,7 @@ class _Rows:
 
     @classmethod
     def of(cls, problem: ContactProblem, position: int, worn: Footprints, approach: float) -> _Rows:
-        """Slices nearer than the approach [mm], and what lies between them."""
+        """Slices nearer than the approach [mm], and those between them."""
         candidates = problem.candidates(position, approach)
         return cls(
             candidates, approach, *_find_rows(problem.rolls_of(position), worn.least, approach, candidates.flat)
@@ -413,14 +411,14 @@ def _find_rows(rolls, least, approach, flat):  # type: ignore[no-untyped-def]
                 near, last = min(near, i), i
         if last < 0:
             continue
-        # whole multiples, so that few spectra serve all
+        # in multiples, so that few spectra are needed
         count = min((last - near + _ROWS) // _ROWS * _ROWS, slices)
         first = min(near, slices - count)
         for i in range(first, first + count):
-            place = roll * slices + i
-            at = first_from(flat, place)
+            flat_index = roll * slices + i
+            at = first_from(flat, flat_index)
             row_rolls[n], row_faces[n] = roll, i
-            index[n] = at if at < flat.size and flat[at] == place else -1
+            index[n] = at if at < flat.size and flat[at] == flat_index else -1
             n += 1
         pairs += 1
         starts[pairs] = n
@@ -428,13 +426,13 @@ def _find_rows(rolls, least, approach, flat):  # type: ignore[no-untyped-def]
 
 
 def _with_columns(cells: FloatArray, columns: int) -> FloatArray:
-    """The cells in rows of at least so many columns."""
+    """The cells in rows of at least `columns` columns."""
     more = max(columns - cells.shape[-1], 0) // 2
     return np.pad(cells, ((0, 0), (0, 0), (more, more))) if more else cells
 
 
 def _fitted(cells: FloatArray, columns: int) -> FloatArray:
-    """Rows of cells cut, or filled with zeros, to so many columns around the middle."""
+    """Rows of cells cut, or filled with zeros, to `columns` columns around the middle."""
     more = (columns - cells.shape[-1]) // 2
     if more > 0:
         wider = np.zeros((cells.shape[0], columns))

@@ -1,7 +1,7 @@
-"""Cells that follow a contact line, and the gap over them: the flank as fidelity `patch` sees it.
+"""Cells that follow a contact line at fidelity `patch`, and the gap over them.
 
 Every slice is cut into cells across the line, counted from the fresh line of its roll position. Rows of cells are
-the slices; a row keeps its place on the flank while wear changes, so nothing but the gap has to be found again.
+the slices; a row keeps its place on the flank while wear changes, so that only the gap has to be computed again.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from semiwear.meshing.flank_grid import FlankGrid, cubic, first_from, locate, sl
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
 
-_COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
+_COLUMNS = 4  # half rows come in multiples, so that few spectra are needed
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[no-untyped-def]
-    """Gaps less than `approach`; the separation is convex: beyond a greater one that grows all are greater."""
+    """Gaps below `approach`; the separation is convex, so that the search ends where a greater one grows."""
     farthest = -1.0
     for r in range(rolls.shape[0]):
         gap = slice_gap(flank, rolls[r], faces[r])
@@ -114,7 +114,7 @@ class PatchCells:
         rolls, faces : (n,) int arrays
             Rows.
         approach : float [mm]
-            Gaps that are surely greater are left out: elasticity only opens gaps, so nothing touches there.
+            Gaps that exceed it are left out: elasticity only opens gaps, so nothing touches there.
         columns : int
             Cells in a row, the line in the middle; even.
         flanks : FlankGap
@@ -145,7 +145,7 @@ class PatchCells:
         return 2 * (-(-half // _COLUMNS) * _COLUMNS)
 
     def greatest_on_flank(self, values: FloatArray) -> FloatArray:
-        """Greatest of the cell values, (roll, face, columns), that each node of the flank meets: (face, profile)."""
+        """Greatest of the cell values, (roll, face, columns), that pass each node of the flank: (face, profile)."""
         lines, out = self.lines, np.zeros(self.grid.profile.shape)
         rolls, faces = np.nonzero(values.any(axis=-1))
         rows = np.ascontiguousarray(values[rolls, faces])

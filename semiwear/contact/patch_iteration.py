@@ -1,8 +1,8 @@
-"""Iterations of fidelity `patch`, compiled whole: one mesh position is one call, and lets go of Python's lock.
+"""Iterations of fidelity `patch`, compiled as a whole: each mesh position is one call, which releases Python's lock.
 
-The steps are those of `complementarity`. They are taken on windows, the columns of cells around those that press, as
-many for each pair: contacts are narrow beside the cells that may touch, and convolutions take most of the time. The
-displacement of all cells, once at the end, tells whether any beyond a window touches; then windows grow.
+The steps are those of `complementarity`. They are taken on windows, the columns around the cells in contact, equally
+many for each pair: contacts are narrow compared with the cells that may touch, and convolutions take most of the
+time. The displacement of all cells, once at the end, shows whether any beyond a window touches; then windows grow.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from semiwear.kernel_cache import inner_njit, njit
 __all__ = ["solve_in_windows"]
 
 _WINDOWS = 12  # tried before all columns are taken
-_MARGIN = 3  # cells to either side of those that press
+_MARGIN = 3  # cells to either side of those in contact
 _COLUMNS = 8  # widths of windows come in multiples
-_ROUNDING = 1e-13  # of the largest displacement: penetration that means nothing
+_ROUNDING = 1e-13  # of the largest displacement: penetration by rounding
 
 
 class _Window(NamedTuple):
-    """Columns of cells, as many for each pair.
+    """Columns of cells, equally many for each pair.
 
     Attributes
     ----------
@@ -65,10 +65,10 @@ def solve_in_windows(
 
     The forces to `start` from are not negative, zero where nothing can touch, and not all zero.
     """
-    force, displacement, wanted = start.copy(), np.empty_like(start), start > 0.0
+    force, displacement, expected = start.copy(), np.empty_like(start), start > 0.0
     entire, used = plans_of(system, gap.shape[1]), 0
     for attempt in range(_WINDOWS + 1):
-        window = _Window(*_window_around(wanted, gap, system.starts, attempt == _WINDOWS))
+        window = _Window(*_window_around(expected, gap, system.starts, attempt == _WINDOWS))
         inside = plans_of(system, window.columns)
         work = (inside if inside.work_size > entire.work_size else entire).work_space()
         code, rotation, steps, error = _solve(
@@ -77,15 +77,15 @@ def solve_in_windows(
         )  # fmt: skip
         used += steps
         harmless = float(system.coefficients[0, 0]) * tolerance
-        if code != CONVERGED or not _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):
+        if code != CONVERGED or not _missed(window, gap, lever, rotation, force, displacement, harmless, expected):
             break
     return Complementarity(force, displacement, rotation, torque, STATUSES[code], used, error)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _window_around(wanted, gap, starts, every):  # type: ignore[no-untyped-def]
+def _window_around(expected, gap, starts, every):  # type: ignore[no-untyped-def]
     """First column of the window in each row, and its width; of all columns, if `every`."""
-    rows, columns = wanted.shape
+    rows, columns = expected.shape
     pairs = starts.shape[0] - 1
     low, high, width = np.empty(pairs, dtype=np.int64), np.empty(pairs, dtype=np.int64), 0
     for pair in range(pairs):
@@ -93,7 +93,7 @@ def _window_around(wanted, gap, starts, every):  # type: ignore[no-untyped-def]
         nearest, least = columns // 2, np.inf
         for r in range(starts[pair], starts[pair + 1]):
             for c in range(columns):
-                if wanted[r, c]:
+                if expected[r, c]:
                     low[pair], high[pair] = min(low[pair], c), max(high[pair], c)
                 if gap[r, c] < least:
                     nearest, least = c, gap[r, c]
@@ -111,10 +111,10 @@ def _window_around(wanted, gap, starts, every):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy", nogil=True)
-def _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):  # type: ignore[no-untyped-def]
+def _missed(window, gap, lever, rotation, force, displacement, harmless, expected):  # type: ignore[no-untyped-def]
     """Whether cells beyond the window penetrate by more than rounding or `harmless` times the greatest force.
 
-    These are wanted then, and those that press.
+    These are then `expected` in contact, with those under force.
     """
     rows, columns = gap.shape
     strongest, deepest, found = 0.0, 0.0, False
@@ -127,7 +127,7 @@ def _missed(window, gap, lever, rotation, force, displacement, harmless, wanted)
         for c in range(columns):
             out = (c < window.first[r]) | (c >= stop)
             pierced = out & (gap[r, c] + displacement[r, c] - lever[r] * rotation < -overlap)
-            wanted[r, c] = pierced | (force[r, c] > 0.0)
+            expected[r, c] = pierced | (force[r, c] > 0.0)
             found |= pierced
     return found
 
@@ -165,7 +165,7 @@ def _rising_arms(lever, window, torque, pressure, arms):  # type: ignore[no-unty
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath={"reassoc", "contract"})
 def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, most, force, displacement):  # type: ignore[no-untyped-def]
-    """Forces on the cells of a window, from those that are there, and the displacement of all cells.
+    """Forces on the cells of a window, started from `force`, and the displacement of all cells.
 
     The iterations of `solve_complementarity`, in double precision throughout: the transforms of a window are short.
 
@@ -178,18 +178,18 @@ def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, 
     error : float
     """
     shape = gap.shape[0], window.columns
-    across, arms, closed, pressure, near = (
+    across, arms, closed, pressure, opening = (
         np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape),
     )  # fmt: skip
     _inside(window, system.across, across)
-    _inside(window, gap, near)
+    _inside(window, gap, opening)
     _inside(window, force, pressure)
     _rising_arms(lever, window, torque, pressure, arms)
     displace(system, inside, work, across, pressure, closed)
     kept, free = row_preconditioner(shape[0], shape[1]), np.empty(shape, dtype=np.bool_)
     residual, last_residual, step = np.zeros(shape), np.zeros(shape), np.empty(shape)
     search, move, image = np.zeros(shape), np.empty(shape), np.empty(shape)
-    arm, p, u, g = arms.reshape(-1), pressure.reshape(-1), closed.reshape(-1), near.reshape(-1)
+    arm, p, u, g = arms.reshape(-1), pressure.reshape(-1), closed.reshape(-1), opening.reshape(-1)
     iteration, last_product, reach, exact, rotation = 0, 0.0, FIRST_REACH, False, 0.0
     while True:
         rotation = separation_left(p, u, g, 1.0, arm, True, rotation, free.reshape(-1), residual.reshape(-1))

@@ -16,17 +16,17 @@ from semiwear.kernel_cache import inner_njit, njit
 __all__ = ["FORCE_TOLERANCE", "SharedTorque", "share_torque"]
 
 FORCE_TOLERANCE = 1e-9
-"""Of forces on cells, in the L2 norm: what is less differs with the last bit of a gap."""
-_LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none
-_FIRST_DROP = 0.03  # of the residual, before the active set is looked at again
-_FREE_SETS = 25  # active sets that change on both sides; then cells are only let go, and taken in one at a time
+"""Of forces on cells, in the L2 norm; smaller differences depend on the last bit of a gap."""
+_LEAST = 1e-12  # of the deflection of one cell under the whole load: an approach that is zero
+_FIRST_DROP = 0.03  # of the residual, before the active set is checked again
+_FREE_SETS = 25  # active sets in which cells are released and added; then they are added one at a time
 _SETTLED = 1e-7  # of the approach: residual of the cells that touch
-_PIERCED = 1e-6  # of the approach: penetration from which on a cell is taken in
+_PIERCED = 1e-6  # of the approach: penetration from which a cell is added
 
 
 @dataclass(frozen=True)
 class SharedTorque:
-    """Forces on the cells of a mesh position, and how well they meet the conditions.
+    """Forces on the cells of a mesh position, with the errors of the contact conditions.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class SharedTorque:
     balance : float
         Relative error of the torque.
     complementarity : float
-        Greatest gap where cells press, or penetration where they do not, over the approach.
+        Greatest gap of cells under force, or penetration of the others, over the approach.
     """
 
     sharing: Complementarity
@@ -74,11 +74,11 @@ def share_torque(
     again : bool
         Whether active sets are tried where the iterations end short of the tolerance.
     """
-    near, start, touching = _from_first_touch(gap, lever, guess)
-    sharing = solve_in_windows(system, near, lever, torque, start, tolerance, max_iterations)
+    opening, start, touching = _from_first_touch(gap, lever, guess)
+    sharing = solve_in_windows(system, opening, lever, torque, start, tolerance, max_iterations)
     if sharing.status is ComplementarityStatus.NOT_CONVERGED and again:
-        sharing = _by_active_sets(system, near, lever, torque, sharing, max_iterations)
-    left, approach, borne = _left(near, lever, sharing.approach, sharing.pressure, sharing.displacement)
+        sharing = _by_active_sets(system, opening, lever, torque, sharing, max_iterations)
+    left, approach, borne = _left(opening, lever, sharing.approach, sharing.pressure, sharing.displacement)
     # a cell yields most to its own force
     least = _LEAST * float(system.coefficients[0, 0]) * torque / float(lever.max())
     return SharedTorque(
@@ -93,10 +93,10 @@ def share_torque(
 def _from_first_touch(gap, lever, guess):  # type: ignore[no-untyped-def]
     """Gaps from where the first cell touches, forces to start from, and the rotation up to there.
 
-    A gap that all cells share would cost digits. Where no force is guessed, the first cell bears one.
+    A common gap of all cells would cost digits. If no force is guessed, the first cell bears one.
     """
     rows, columns = gap.shape
-    near, start, touching, any_force, first, at = np.empty(gap.shape), np.zeros(gap.shape), np.inf, False, 0, 0
+    opening, start, touching, any_force, first, at = np.empty(gap.shape), np.zeros(gap.shape), np.inf, False, 0, 0
     for r in range(rows):
         for c in range(columns):
             if gap[r, c] / lever[r] < touching:
@@ -107,8 +107,8 @@ def _from_first_touch(gap, lever, guess):  # type: ignore[no-untyped-def]
         start[first, at] = 1.0
     for r in range(rows):
         for c in range(columns):
-            near[r, c] = gap[r, c] - touching * lever[r]
-    return near, start, touching
+            opening[r, c] = gap[r, c] - touching * lever[r]
+    return opening, start, touching
 
 
 @inner_njit(cache=True, error_model="numpy", nogil=True)
@@ -128,7 +128,7 @@ def _left(gap, lever, rotation, force, displacement):  # type: ignore[no-untyped
 
 @inner_njit(cache=True, error_model="numpy")
 def _change_contact(active, force, slack, tolerance, near, freely):  # type: ignore[no-untyped-def]  # noqa: C901
-    """Let go of cells that pull; take in pierced cells, in each row `near` its deepest; returns how many change."""
+    """Release cells under tension, add penetrating ones `near` a row's deepest; returns the number changed."""
     rows, columns = active.shape
     changed, worst, worst_r, worst_c = 0, -tolerance, -1, -1
     for r in range(rows):
@@ -162,11 +162,11 @@ def _by_active_sets(
     iterated: Complementarity,
     max_iterations: int,
 ) -> Complementarity:
-    """Solution by active sets, each solved by conjugate gradients; as it was where that fails, too.
+    """Solution by active sets, each solved by conjugate gradients; `iterated` if that fails, too.
 
-    Under a wear step far too long, rows yield as a whole so much more than cells by themselves that cuts of negative
-    forces undo the steps of projected gradients. Sets of cells that keep their forces, whatever the sign, until the
-    equations are nearly solved do not mind (Hintermueller, Ito & Kunisch 2002).
+    In a wear step that is far too long, rows as a whole yield so much more than single cells that cutting off
+    negative forces undoes the steps of projected gradients. Active sets, in which cells keep forces of either sign
+    until the equations are nearly solved, still converge (Hintermueller, Ito & Kunisch 2002).
     """
     allowed, arms = np.isfinite(gap), lever[:, None]
     closed, near = np.where(allowed, gap, 0.0), max(gap.shape[1] // 8, 1)

@@ -1,4 +1,4 @@
-"""Cells of all tooth pairs that may touch at a mesh position: their compliance.
+"""Compliance of the cells of all tooth pairs that may touch at a mesh position.
 
 Forces f >= 0 on cells and one rotation phi of the driving body with
 
@@ -6,8 +6,8 @@ Forces f >= 0 on cells and one rotation phi of the driving body with
 
 are what `patch_sharing` solves. C is the half-space under each pair, plus the coupling between slices as a whole
 (teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
-leans away from its partner, most beside its tip. Of what teeth and half-space both count there is less for a point
-aside: the square of the distance, where that is less than the depth of the tooth.
+leans away from its mate, most beside its tip. The displacement that teeth and half-space both count, and that is
+subtracted, falls with the square of the distance across the line, up to about the depth of the tooth.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class PatchSystem(NamedTuple):
     smooth : (rows, rows) array [mm/N]
         Coupling between rows as a whole: tooth compliance less the half-space at the mid-surface, and wear.
     tilt : (rows, rows) array [1/N]
-        Change of its row i by the distance that a point of the slice moves across the line.
+        Change of row i of `smooth` by the distance that a point of the slice moves across the line.
     aside : (rows, rows) array [1/(N mm)]
-        Its change by the square of the distance, across the line, between force and point.
+        Change of `smooth` by the square of the distance, across the line, between force and point.
     across : (rows, columns) array [mm]
-        Distance of each cell from where its row's tooth compliance was taken.
+        Distance of each cell from the point of its row's tooth compliance.
     coefficients : (rows of the longest pair, columns) array [mm/N]
         Half-space influence of a unit force on a cell.
     """
@@ -65,12 +65,12 @@ class PatchSystem(NamedTuple):
 
 
 def rows_of_pairs(starts: IntArray) -> tuple[int, ...]:
-    """How many rows each pair has, of which the first ones are given."""
+    """Number of rows of each pair, from the first row of each."""
     return tuple(stop - start for start, stop in pairwise(starts.tolist()))
 
 
 def plans_of(system: PatchSystem, columns: int) -> GridPlans:
-    """The half-space under each pair, with so many columns of cells."""
+    """The half-space under each pair, with `columns` columns of cells."""
     return grid_plans(rows_of_pairs(system.starts), columns, system.cell)
 
 
@@ -91,7 +91,7 @@ def displace(system, plans, work, across, force, out):  # type: ignore[no-untype
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _add_whole(smooth, tilt, aside, across, force, per_force, out):  # type: ignore[no-untyped-def]
-    """Scale the half-spaces' displacement, and add what rows feel of one another as a whole: a parabola each."""
+    """Scale the half-spaces' displacement, and add the coupling between rows: a parabola across each row."""
     rows, columns = force.shape
     whole, moment, second, lean = np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows)
     for r in range(rows):

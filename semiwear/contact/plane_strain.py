@@ -1,7 +1,7 @@
-"""Pressed cells in plane strain: an elastic half-plane under a line load, on cells that bear or lie free.
+"""Pressed cells in plane strain: an elastic half-plane under a line load, on cells with or without contact.
 
 p >= 0 on narrow cells, gap + u - approach >= 0 and their product zero, with Flamant's logarithmic influence
-(Johnson 1985, eq. 2.25). Forces and gaps are in the unit in which a line load q deflects by q.
+(Johnson 1985, eq. 2.25). Units are such that a line load q deflects the surface by q.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from semiwear.kernel_cache import inner_njit
 
 __all__ = ["Cells", "even_cells", "influences", "mean_log", "plane_contact", "respond"]
 
-_SETS = 60  # of pressed cells that are tried
+_SETS = 60  # of cells in contact that are tried
 
 
 class Cells(NamedTuple):
-    """How cells across a slice yield to forces on one another.
+    """Compliance of the cells across a slice.
 
     Attributes
     ----------
     influence : (n, n) array
         Deflection -(ln s) up to a constant that keeps it definite.
     factor : (n, n) array
-        Its Cholesky factor where cells are alike: that of so many cells side by side, wherever they are, begins it.
-        Of no rows elsewhere.
+        Its Cholesky factor if all cells are alike, of which the first rows are those of fewer cells side by side.
+        No rows otherwise.
     response : (n + 1, n) array
-        Forces on so many cells side by side that a unit approach causes.
+        Row m: forces on m cells side by side under a unit approach.
     """
 
     influence: FloatArray
@@ -55,7 +55,7 @@ def even_cells(count: int) -> Cells:
 
 @inner_njit(cache=True, error_model="numpy")
 def mean_log(distance, width):  # type: ignore[no-untyped-def]
-    """Mean of the logarithm of the distance from a place to a cell of some width."""
+    """Mean of the logarithm of the distance from a point to a cell."""
     high, low = distance + 0.5 * width, distance - 0.5 * width
     total = high * log(high) - width
     if low != 0.0:
@@ -73,7 +73,7 @@ def _log_integral(distance):  # type: ignore[no-untyped-def]
 def _between_bands(x, width, before, begin, count, constant, out):  # type: ignore[no-untyped-def]
     """Deflection of the cells of a band, from `begin` on, by those of one below it, from `before` on.
 
-    The mean of both cells' means: integrals up to an end of a cell serve its neighbour as well.
+    The mean of both cells' means: integrals up to an end of a cell serve its neighbour, too.
     """
     for i in range(begin, begin + count):
         last = _log_integral(x[i] - (x[before] - 0.5 * width[before]))
@@ -93,7 +93,7 @@ def _between_bands(x, width, before, begin, count, constant, out):  # type: igno
 def influences(x, width, n, per_band, span, out):  # type: ignore[no-untyped-def]
     """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric.
 
-    All bands have as many cells, `per_band`, in each of them cells are alike, and they follow one another.
+    All bands have `per_band` cells, alike within a band, and follow one another.
     """
     constant = log(2.0 * span)
     for begin in range(0, n, per_band):
@@ -124,7 +124,7 @@ def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _respond_among(gap, cells, on, a, x, y):  # type: ignore[no-untyped-def]
-    """As `respond`, by what is known of cells side by side."""
+    """As `respond`, with the stored factor if the cells lie side by side."""
     m = on.shape[0]
     if cells.factor.shape[0] == 0 or on[m - 1] - on[0] != m - 1:
         return respond(gap, cells.influence, on, a, x, y)
@@ -136,7 +136,7 @@ def _respond_among(gap, cells, on, a, x, y):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-untyped-def]
-    """Let cells press that penetrate; whether there are any."""
+    """Add cells that penetrate; whether there are any."""
     changed = False
     for i in range(gap.shape[0]):
         if not active[i]:
@@ -159,7 +159,7 @@ def plane_contact(gap, load, cells, active, force, a, x, y, points):  # type: ig
     load : float
     cells : Cells
     active : (n,) bool array, changed
-        Cells that press; one at least.
+        Cells in contact; at least one.
     force : (n,) array, changed
     a, x, y, points : (n, n), (n,), (n,) and (n,) arrays
         Memory.
@@ -179,14 +179,14 @@ def plane_contact(gap, load, cells, active, force, a, x, y, points):  # type: ig
             bottom += y[i]
         approach = top / bottom
         force[:] = 0.0
-        pulls = False
+        tension = False
         for i in range(m):
             value = approach * y[i] - x[i]
             if value < 0.0:
                 active[on[i]] = False
-                pulls = True
+                tension = True
             else:
                 force[on[i]] = value
-        if not pulls and not _take_in(gap, cells.influence, approach, on, force, active):
+        if not tension and not _take_in(gap, cells.influence, approach, on, force, active):
             return approach, 1.0 / bottom
     return np.nan, np.nan

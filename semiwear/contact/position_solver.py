@@ -1,4 +1,4 @@
-"""Load sharing of one mesh position: which of its candidates may touch, and the loads on them."""
+"""Load sharing at a mesh position: which of its candidates may touch, and the loads on them."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from semiwear.kernel_cache import ZERO, njit
 __all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
 
 LEAST_WIDTH = 0.1
-"""Half-width of slices hardly loaded, of the usual one."""
+"""Least half-width of lightly loaded slices, over the typical one."""
 MARGIN = 1.15
-"""Of the expected approach, within which slices are let touch."""
-_FIRST = 0.25  # of the slices are first taken to press where no loads are known, the nearest ones
+"""Over the expected approach: range of gaps within which slices may touch."""
+_FIRST = 0.25  # of the slices, the nearest ones, start in contact if no loads are known
 
 
 class WornSlices(NamedTuple):
-    """Slices of all roll positions as they are worn, flat (roll face,) arrays.
+    """Worn slices of all roll positions, flat (roll face,) arrays.
 
     Attributes
     ----------
     gap, profile : arrays [mm]
-        Least separation and where it is.
+        Least separation and its profile coordinate.
     curvature : array [1/mm]
     softer : array [mm/N]
-        Compliance beside that of a Hertz contact: wear of a step that a force causes, and `Footprints.softer`.
+        Compliance beyond that of a Hertz contact: wear of a step per force, and `Footprints.softer`.
     """
 
     gap: FloatArray
@@ -62,7 +62,7 @@ class SharingRules(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def _rising(values):  # type: ignore[no-untyped-def]
-    """A few values in order, by insertion: numpy's ways take seconds to compile."""
+    """A few values in rising order, by insertion: numpy's sorting takes seconds to compile."""
     out = values.copy()
     for i in range(1, out.shape[0]):
         value, k = out[i], i
@@ -75,7 +75,7 @@ def _rising(values):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _places_of(values, rising):  # type: ignore[no-untyped-def]
-    """How many of some rising numbers are less than each of others that rise, too."""
+    """Number of elements of `rising` that are less than each of `values`, which rise, too."""
     out, k = np.empty(values.shape[0], dtype=np.int64), ZERO
     for i in range(values.shape[0]):
         while k < rising.shape[0] and rising[k] < values[i]:
@@ -86,8 +86,8 @@ def _places_of(values, rising):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _slices_of(found, chosen, worn, rules, all_force, all_width):  # type: ignore[no-untyped-def]
-    """Chosen candidates as slices, the rotation at which the first touches, those that press, and half-widths."""
-    n, usual = chosen.size, rules.usual_half_width
+    """Chosen candidates as slices, the rotation at which the first touches, those in contact, and half-widths."""
+    n, typical_width = chosen.size, rules.usual_half_width
     force, half_width = all_force.ravel(), all_width.ravel()
     gap, lever, length, arc = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     curvature, moved, width, floor = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
@@ -98,10 +98,10 @@ def _slices_of(found, chosen, worn, rules, all_force, all_width):  # type: ignor
         gap[i], lever[i], length[i], arc[i] = worn.gap[at], found.lever[c], found.length[c], found.arc[c]
         curvature[i] = max(worn.curvature[at], rules.least_curvature)
         moved[i] = min(max(worn.profile[at] - found.profile[c], -found.farthest_move), found.farthest_move)
-        active[i], floor[i] = force[at] > 0.0, LEAST_WIDTH * usual
+        active[i], floor[i] = force[at] > 0.0, LEAST_WIDTH * typical_width
         loaded |= active[i]
         touching = min(touching, gap[i] / lever[i])
-    # from where the first slice touches: a misplaced pinion may be millimetres off, a light approach nanometres
+    # measured from first touch: a displaced pinion may be millimetres away, a light approach nanometres
     for i in range(n):
         gap[i] -= touching * lever[i]
     static = picked(found.static, found.slope, chosen, moved)
@@ -112,7 +112,7 @@ def _slices_of(found, chosen, worn, rules, all_force, all_width):  # type: ignor
         if loaded:
             width[i] = max(half_width[at], floor[i])
         else:
-            active[i], width[i] = gap[i] <= nearest, usual
+            active[i], width[i] = gap[i] <= nearest, typical_width
     starts = _places_of(found.starts, chosen)
     pairs = found.pairs if n == found.flat.size else pairs_among(found.pairs, chosen, found.flat.size)
     return Slices(static, gap, lever, arc, length, floor, curvature, starts, pairs), touching, active, width
@@ -120,7 +120,7 @@ def _slices_of(found, chosen, worn, rules, all_force, all_width):  # type: ignor
 
 @njit(cache=True, error_model="numpy")
 def _put(found, chosen, slices, rotation, load, slack, width, torque, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
-    """Errors of the torque and of complementarity; puts loads and half-widths where they belong."""
+    """Errors of the torque and of complementarity; stores loads and half-widths."""
     force, half_width = all_force.ravel(), all_width.ravel()
     for roll in rolls:
         all_force[roll] = 0.0
@@ -129,7 +129,7 @@ def _put(found, chosen, slices, rotation, load, slack, width, torque, rolls, all
         at = found.flat[chosen[i]]
         force[at], half_width[at] = load[i], width[i] if load[i] > 0.0 else 0.0
         balance += slices.lever[i] * load[i]
-        # the Hertz pressure goes with the root of line load times curvature
+        # the Hertz pressure is proportional to the root of line load times curvature
         pressure = np.sqrt(load[i] / slices.length[i] * slices.curvature[i])
         highest, product = max(highest, pressure), max(product, pressure * abs(slack[i]))
         deepest = max(deepest, -slack[i])
@@ -162,9 +162,9 @@ def share_torque(found, worn, torque, rules, rounding, rolls, expected, cap, for
     rolls : (pairs,) int array
         Roll positions of all pairs.
     expected : float [rad]
-        Rotation about which it will be, where loads are known.
+        Expected rotation, if loads are known.
     cap : float [mm]
-        Separation below which slices are let touch where none are.
+        Separation below which slices may touch if none are known.
     force, half_width : (roll, face) arrays [N], [mm], changed
         Those of the start, then of the solution.
 
@@ -186,7 +186,7 @@ def share_torque(found, worn, torque, rules, rounding, rolls, expected, cap, for
     for i in range(n):
         least = min(least, worn.gap[found.flat[i]])
         loaded |= force.ravel()[found.flat[i]] > 0.0
-    # only what is nearer than the approach can touch; where the start knows it, that spares much
+    # only slices nearer than the approach can touch; if the start gives it, few remain
     near, count = np.empty(n, dtype=np.bool_), ZERO
     for i in range(n):
         if loaded:

@@ -1,9 +1,9 @@
-"""Tips that press: what they bear, and how far they would have to be relieved to bear nothing.
+"""Tip edges in contact: their load, and the tip relief that would free them.
 
 A deflected pair brings the next one into contact before its turn: the tip of the driven body meets the root of the
 driving one where the line of action has not been reached, and the tip of the driving body leaves it after its end.
-What frees a tip is a relief as deep as the flanks would overlap there if the tip bore nothing and the other slices
-all (Walker 1938, The Engineer 166, 409-412 and 435-436). A relief takes load off the flank beside the tip as well,
+A tip is freed by a relief as deep as the flanks would overlap there if the other slices bore all of the load
+(Walker 1938, The Engineer 166, 409-412 and 435-436). A relief takes load off the flank beside the tip as well,
 which then bends the others more: where contact lines run obliquely into the tip a little more may be needed.
 """
 
@@ -22,12 +22,12 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 __all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
 
-_AWAY = 1.0  # mm: an opened gap that nothing closes
-_TOLERANCE = 1e-3  # of half-widths, between two solutions: the approach then is right to 1e-4
+_OPENED = 1.0  # mm: a gap that no load closes
+_TOLERANCE = 1e-3  # of half-widths, between two solutions: the approach is then accurate to 1e-4
 
 
 def pressed_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
-    """Slices that bear on the rounding of a body's tip: their footprint is cut off there; (body, roll, face)."""
+    """Slices that bear load on the rounding of a body's tip, where their footprint is cut off; (body, roll, face)."""
     return _at_tips(teeth, state) & _on_edge(state)
 
 
@@ -47,7 +47,7 @@ def _at_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
 
 
 def tip_load_share(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
-    """Share of the load that slices bear whose tip edge presses, (roll, body)."""
+    """Share of the load on slices whose tip edge is in contact, (roll, body)."""
     moment = state.loads.force * teeth.lines.lever_arm
     total = moment.sum(axis=1).reshape(teeth.rolls.pairs, -1).sum(axis=0)
     borne = np.sum(moment * pressed_tips(teeth, state), axis=2)
@@ -55,23 +55,23 @@ def tip_load_share(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
 
 
 def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
-    """How far the gaps of pressed tips would have to open so that they bear nothing [mm], (body,); 0 where none is.
+    """Relief that would free the pressed tips of load [mm], (body,); 0 where none is pressed.
 
-    At every mesh position the loads are shared without the slices at both tips, at fidelity `line`; the relief is
-    what the approach then is beyond their gap and the deflection that the other loads cause there. The near field of
-    the half-space is left out of it, which makes the relief no less.
+    At every mesh position the loads are shared without the slices at both tips, at fidelity `line`; the relief is the
+    approach less their gap and less the deflection that the other loads cause there. The near field of the half-space
+    is left out, which does not make the relief less.
     """
     at_tips = _at_tips(teeth, state)
     pressed = at_tips & _on_edge(state)
     relief = np.zeros(len(BODIES))
     problem = teeth.problem
     without: BoolArray = np.logical_or.reduce(at_tips, axis=0)
-    # where nothing but tips bears, no relief frees them all
+    # where only tips bear load, no relief frees them all
     pressing = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % teeth.rolls.phase.size)
     start = state.loads.copy()
     start.force[without] = 0.0
     positions = [int(position) for position in pressing if start.force[problem.rolls_of(int(position))].any()]
-    opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
+    opened = replace(state.coarse, gap=state.coarse.gap + _OPENED * without)
     tolerance = SMOOTH_WIDTH_TOLERANCE if teeth.smooth else _TOLERANCE
     loads = solve_lines(problem, opened, start, positions=positions, tolerance=tolerance)
     for position in positions:

@@ -1,11 +1,11 @@
-"""Loaded contact of all tooth pairs as a problem: lines, compliance, torque, and which slices may touch.
+"""Contact problem of all tooth pairs: lines, compliance, torque, and which slices may touch.
 
 For every mesh position: forces F >= 0 on the slices of all pairs and one rotation phi of the driving body with
 
     gap + C F - a phi >= 0,   F (gap + C F - a phi) = 0,   sum of a F = torque
 
 (a: lever arms). C is the contact compliance of each line, plus the tooth compliance of both bodies with its coupling
-to neighbouring teeth, plus, in a wear step, the wear that a force itself causes.
+to neighbouring teeth, plus, in a wear step, the wear per force.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from semiwear.meshing.contact_lines import ContactLines
 
 __all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "picked", "usual_approach"]
 
-_LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
-_NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
+_LEAST_DEPTH = 1.5  # half-widths: under a contact as wide as the tooth, so that the compliance stays positive
+_NEAR_FIELD = 12.0  # half-widths; beyond, the width of a stripe has no effect
 FIRST_CAP = 3.5
-"""Typical approaches within which slices are first let touch."""
-_ROOM = 1.5  # times what is first let touch: candidates for usual wear, too
-_RUNGS = 2  # separations below which slices are candidates, to each factor of two
+"""Typical approaches within which slices may touch at first."""
+_ROOM = 1.5  # times that first range: candidates for typical wear, too
+_RUNGS = 2  # levels of the candidates' separation for each factor of two
 _FARTHEST_ASIDE = 0.67  # of the depth of the mid-surface: up to there its displacement falls with the square
 _FARTHEST_MOVE = 0.083  # of the base pitch: up to there tooth compliance follows a worn line linearly
 
 
 def usual_approach(line_load: float, modulus: float) -> float:
-    """Order of the approach of loaded teeth: q/(pi E*) times a usual fourteen [mm]."""
+    """Order of the approach of loaded teeth [mm]: 14 q/(pi E*)."""
     return 14.0 * line_load / (pi * modulus)
 
 
@@ -70,7 +70,7 @@ def picked(matrix, slope, chosen, moved):  # type: ignore[no-untyped-def]
 
 
 class Candidates(NamedTuple):
-    """Slices that may touch at a mesh position, and how they yield to one another's forces.
+    """Slices that may touch at a mesh position, and their compliance.
 
     Attributes
     ----------
@@ -81,22 +81,22 @@ class Candidates(NamedTuple):
     starts : (lines + 1,) int array
         First candidate of each contact line.
     smooth : (n, n) array [mm/N]
-        Deflection that slices cause in one another as a whole: tooth compliance less the half-space displacement at
+        Compliance between slices as a whole: tooth compliance less the half-space displacement at
         the mid-surface.
     static : (n, n) array [mm/N]
         The same and the far field of the stripe kernel.
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
     pairs : NearPairs
-        Slices between which the stripe kernel is not in `static`.
+        Pairs of slices whose stripe kernel is not in `static`.
     aside : (m, m) array [mm/N/mm^2]
-        `less_aside` between all n; of no rows where pressure is not resolved across the lines.
+        `less_aside` between all n; no rows if pressure is not resolved across the lines.
     farthest_aside : (n,) array [mm]
         Distance from a footprint, across the line, up to which `slope` and `aside` hold.
     least, profile, lever, length, arc : (n,) arrays [mm]
-        Least fresh separation, place on the flank, lever arm, length, place along the line.
+        Least fresh separation, profile coordinate, lever arm, length, position along the line.
     farthest_move : float [mm]
-        Of a worn line, up to which tooth compliance follows it linearly.
+        Displacement of a worn line up to which tooth compliance is linear.
     """
 
     cap: float
@@ -133,7 +133,7 @@ class Candidates(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """Contact of all tooth pairs over a mesh cycle, whatever the wear.
+    """Contact of all tooth pairs over a mesh cycle, for any wear.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ class ContactProblem:
         Tooth compliance of both bodies.
     torque : (mesh_position,) array [N mm]
     reach : float [mm]
-        Separation beyond which no slice can touch, however loaded and usually worn.
+        Separation beyond which no slice can touch, under any load and typical wear.
     modulus : float [MPa]
         Effective modulus E*.
     usual_load : float [N/mm]
@@ -191,7 +191,7 @@ class ContactProblem:
         return replace(self, torque=torque)
 
     def on_lines(self, lines: ContactLines) -> ContactProblem:
-        """The same problem on other lines, whose places on the flanks are the same."""
+        """The same problem on other lines at the same places of the flanks."""
         cells = None if self.cells is None else replace(self.cells, lines=lines)
         return replace(self, lines=lines, cells=cells, _kept={})
 
@@ -217,7 +217,7 @@ class ContactProblem:
 
     @cached_property
     def least_curvature(self) -> float:
-        """Of a usual contact as wide as the flank [1/mm]: none is wider, however flat a slice."""
+        """Curvature of a typical contact as wide as the flank [1/mm]: the lower limit for flat slices."""
         half_flank = 0.5 * float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
         return 4.0 * self.usual_load / (pi * self.modulus * half_flank**2)
 
@@ -235,10 +235,10 @@ class ContactProblem:
     def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face).
 
-        `depth` [mm] is the wear that there is already, where it is more than usual.
+        `depth` [mm] is the present wear, if it is more than typical.
         """
         separation = self._least if lines is self.lines else _least_separation(lines)
-        # of the nearest pair at the same mesh position: misplaced flanks transmit unevenly
+        # relative to the nearest pair at the same mesh position: misaligned flanks transmit unevenly
         per_cycle = lines.roll.size // self.pairs
         position = np.arange(lines.roll.size) % per_cycle
         least = np.full(per_cycle, np.inf)
@@ -267,12 +267,12 @@ class ContactProblem:
         """Slices that may touch under an approach [mm], and perhaps some more.
 
         Wear only adds to the separation, and compliance couples with one sign: a slice whose fresh separation
-        exceeds the approach cannot touch. What is found is kept, and is the same whatever was asked for before.
+        exceeds the approach cannot touch. The result is kept, and does not depend on earlier calls.
         """
         nearest = float(self._nearest[position])
-        wanted = max(_ROOM * FIRST_CAP * self.typical_approach, approach - nearest)
-        # on few lengths, so that other loads ask for the same slices
-        rung = ceil(_RUNGS * log2(wanted / self.base_pitch))
+        height = max(_ROOM * FIRST_CAP * self.typical_approach, approach - nearest)
+        # on few levels, so that other loads find the same slices
+        rung = ceil(_RUNGS * log2(height / self.base_pitch))
         known = self._kept.get((position, rung))
         if known is None:
             cap = nearest + self.base_pitch * 2.0 ** (rung / _RUNGS)
@@ -298,7 +298,7 @@ class ContactProblem:
         return np.asarray(self._least[self._rolls].min(axis=(1, 2)))
 
     def _found(self, position: int, cap: float) -> Candidates:
-        rolls, lines, usual = self.rolls_of(position), self.lines, self.usual_half_width
+        rolls, lines, half_width = self.rolls_of(position), self.lines, self.usual_half_width
         pair, face = np.nonzero(self._least[rolls] < cap)
         if pair.size == 0:
             raise ConvergenceError(
@@ -310,14 +310,14 @@ class ContactProblem:
         smooth, slope = self.teeth.compliance(*at, pair)
         smooth = smooth.copy()
         arc, length = lines.arc[at], lines.length[at]
-        mid_surface = self._mid_surface(at, _LEAST_DEPTH * usual)
+        mid_surface = self._mid_surface(at, _LEAST_DEPTH * half_width)
         subtract_mid_surface(smooth, starts, arc, length, *mid_surface)
         resolved = self.cells is not None
         depth = mid_surface[0].min(axis=0, initial=np.inf)
         for further in self.more:
             smooth += further.matrix(at, starts)
         static = smooth.copy()
-        add_far_stripe(static, starts, arc, length, usual, self.near_field, 1.0 / (pi * self.modulus))
+        add_far_stripe(static, starts, arc, length, half_width, self.near_field, 1.0 / (pi * self.modulus))
         return Candidates(
             cap=cap,
             flat=np.ravel_multi_index(at, lines.profile.shape),

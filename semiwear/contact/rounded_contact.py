@@ -1,13 +1,13 @@
-"""Contact of a few points that come to bear by and by, for results that are differentiated.
+"""Contact of a few points that come into contact gradually, for results that are differentiated.
 
-Where a point begins to press, its force F and its separation s change over with a corner, and with them the slopes of
-all that depends on them. A slice of a contact line has a length: where the gap varies along it, it begins to bear at
-one end. With a gap that varies by +-d, and layers that yield by c F, this makes
+Where a point comes into contact, its force F against its separation s has a corner, and the slopes of all results
+jump. A slice of a contact line has a length: where the gap varies along it, it comes into contact at one end. With a
+gap that varies by +-d, and layers that yield by c F, this gives
 
     sqrt(s/d) + sqrt(F/f) = 1   (s <= d, F <= f = d/c)
 
-in place of s = 0 or F = 0: a parabola that touches both. The points of this curve, straight on at its ends, are those
-of one number t,
+in place of s = 0 or F = 0: a parabola that touches both. The curve, continued straight at its ends, is described
+by a parameter t,
 
     F = 0, s = d (1 - 2 t)  for t <= 0;   F = f t^2, s = d (1 - t)^2;   F = f (2 t - 1), s = 0  for t >= 1,
 
@@ -25,22 +25,22 @@ from semiwear.kernel_cache import inner_njit
 __all__ = ["Rounding", "rounded_from", "solve_rounded"]
 
 _STEPS = 60
-_FREELY = 20  # steps; then half of each
-_SLOWLY = 0.1  # of the residual: what a step by an old factor has to bring it down to
+_FREELY = 20  # steps; later ones are halved
+_SLOWLY = 0.1  # of the residual, to which a step with an old factor has to reduce it
 
 _CONVERGED, _NO_CONTACT_SET = int(ActiveSetStatus.CONVERGED), int(ActiveSetStatus.NO_CONTACT_SET)
 _NOT_POSITIVE_DEFINITE = int(ActiveSetStatus.NOT_POSITIVE_DEFINITE)
 
 
 class Rounding(NamedTuple):
-    """How slices of contact lines come to bear; in kernels None where they bear from where they touch.
+    """Gradual contact of slices of contact lines; None in kernels if they bear load as soon as they touch.
 
     Attributes
     ----------
     depth : float [mm]
-        Separation from which a slice comes to bear.
+        Separation from which a slice bears load.
     load : float [N/mm]
-        Line load from which it bears as without rounding.
+        Line load above which rounding has no effect.
     """
 
     depth: float
@@ -49,7 +49,7 @@ class Rounding(NamedTuple):
 
 @inner_njit(cache=True, error_model="numpy")
 def rounded_from(rounding):  # type: ignore[no-untyped-def]
-    """Separation from which a slice comes to bear [mm]; only what is needed of the two is compiled."""
+    """Separation from which a slice bears load [mm]; only the branch that is needed is compiled."""
     if rounding is None:
         return 0.0
     return rounding.depth
@@ -57,9 +57,9 @@ def rounded_from(rounding):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _joins(slack, compliance, depth, full):  # type: ignore[no-untyped-def]
-    """Force on a point by itself that bears nothing yet and is nearer than the depth."""
-    near, stiff = 1.0 - slack / depth, compliance * full / depth
-    t = near / (1.0 + sqrt(max(1.0 - (1.0 - stiff) * near, 0.0)))
+    """Force on a single point without load that is nearer than the depth."""
+    closed, stiff = 1.0 - slack / depth, compliance * full / depth
+    t = closed / (1.0 + sqrt(max(1.0 - (1.0 - stiff) * closed, 0.0)))
     return full * min(t, 1.0) ** 2
 
 
@@ -75,7 +75,7 @@ def _moved(force, change, full):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _residuals(matrix, gap, lever, full, depth, approach, force, slack):  # type: ignore[no-untyped-def]
-    """Separations less those of the curve, in `slack`, of points that bear or come to do so; the greatest one."""
+    """Separations less those of the curve, in `slack`, of points under load or about to be; the greatest one."""
     separate(matrix, gap, lever, approach, force, slack)
     worst = 0.0
     for i in range(gap.shape[0]):
@@ -94,7 +94,7 @@ def _residuals(matrix, gap, lever, full, depth, approach, force, slack):  # type
 
 @inner_njit(cache=True, error_model="numpy")
 def _factored(work, matrix, lever, full, depth, force):  # type: ignore[no-untyped-def]
-    """Factor of the compliance between points that bear, each with that of the curve; False if not positive."""
+    """Factor of the compliance between loaded points, each with that of the curve; False if not positive."""
     a, on, count = work.factor, work.points, 0
     for i in range(force.shape[0]):
         if force[i] > 0.0:
@@ -113,7 +113,7 @@ def _factored(work, matrix, lever, full, depth, force):  # type: ignore[no-untyp
 
 @inner_njit(cache=True, error_model="numpy")
 def _same_points(work, force):  # type: ignore[no-untyped-def]
-    """Whether the points that bear are those of the factor."""
+    """Whether the loaded points are those of the factor."""
     count = 0
     for i in range(force.shape[0]):
         if force[i] > 0.0:
@@ -125,7 +125,7 @@ def _same_points(work, force):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _changes(work, lever, missing, slack):  # type: ignore[no-untyped-def]
-    """Forces that close what is left of the separations, in `work`, and the turn that bears what is missing."""
+    """Forces that close the remaining separations, in `work`, and the rotation that bears the missing load."""
     count, stiffness = work.pressed[0], 0.0
     for i in range(count):
         work.closing[i] = -slack[work.points[i]]
@@ -138,20 +138,20 @@ def _changes(work, lever, missing, slack):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def solve_rounded(work, known, matrix, gap, lever, full, depth, load, closed, approach, force, slack):  # type: ignore[no-untyped-def]
-    """Forces and approach under a load, from those of a contact with corners or of one like it.
+    """Forces and approach under a load, started from those of a sharp or a similar rounded contact.
 
     Parameters
     ----------
     work : ActiveSetWork
     known : bool
-        Whether its factor is that of a contact like this one, rounded as well.
+        Whether its factor is that of a similar contact, rounded as well.
     matrix : (n, n) array [mm/N]
         Symmetric, positive definite.
     gap, lever : (n,) arrays [mm]
     full : (n,) array [N]
-        Forces from which points bear as without rounding.
+        Forces above which rounding has no effect.
     depth : float [mm]
-        Separation from which they begin to.
+        Separation from which points bear load.
     load : float [N mm]
         Sum of lever times force.
     closed : float
@@ -159,7 +159,7 @@ def solve_rounded(work, known, matrix, gap, lever, full, depth, load, closed, ap
     approach : float [rad]
     force : (n,) array [N], changed
     slack : (n,) array [mm], changed
-        Separations, less those of the curve where points bear.
+        Separations, less those of the curve for loaded points.
 
     Returns
     -------
@@ -184,9 +184,9 @@ def solve_rounded(work, known, matrix, gap, lever, full, depth, load, closed, ap
         last = worst
         if work.pressed[0] == 0:
             return _NO_CONTACT_SET, approach
-        turn, share = _changes(work, lever, missing, slack), 1.0 if step < _FREELY else 0.5
+        turn, part = _changes(work, lever, missing, slack), 1.0 if step < _FREELY else 0.5
         for i in range(work.pressed[0]):
             p = work.points[i]
-            force[p] = _moved(force[p], share * (work.closing[i] + turn * work.response[i]), full[p])
-        approach += share * turn
+            force[p] = _moved(force[p], part * (work.closing[i] + turn * work.response[i]), full[p])
+        approach += part * turn
     return _NO_CONTACT_SET, approach

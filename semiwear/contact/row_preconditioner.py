@@ -1,8 +1,8 @@
-"""Preconditioner of the cells of a mesh position: forces on rows of free cells that answer a displacement.
+"""Preconditioner of the cells of a mesh position: forces on rows of free cells for a displacement.
 
-Cells free to change are preconditioned with the half-space of every slice by itself, exact, and the coupling between
-slices as a whole, exact but for its shape across the line. That takes a handful of convolutions, whatever the cells'
-width.
+Cells free to change are preconditioned with the half-space of each slice by itself, exactly, and with the coupling
+between whole slices, exact but for its shape across the line. A handful of convolutions is then enough for any width
+of the cells.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from semiwear.kernel_cache import ZERO, inner_njit, njit
 
 __all__ = ["RowPreconditioner", "precondition", "row_preconditioner"]
 
-_EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
-_FEW_CHANGED = 0.05  # of the free cells: with as many others, the coupling of rows still serves
+_EVEN_ACROSS = 0.6  # of a half-width, where a slice's displacement is about its mean over the next one's contact
+_FEW_CHANGED = 0.05  # of the free cells: while fewer have changed, the coupling of rows is kept
 _TOGETHER = 4  # rows that are solved at a time
-_DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
+_DEFINITE = 0.1  # least eigenvalue of the coupling of slices, if it has to be raised
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _factor_cells(own, members, known, m, factor):  # type: ignore[no-untyped-def]
-    """Cholesky factor (its diagonal inverse) of m cells of a row, of which that of the first ones is known."""
+    """Cholesky factor (its diagonal inverse) of m cells of a row; the first `known` rows are given."""
     for i in range(known, m):
         for j in range(i + 1):
             value = own[abs(members[i] - members[j])]
@@ -36,7 +36,7 @@ def _factor_cells(own, members, known, m, factor):  # type: ignore[no-untyped-de
 
 @inner_njit(cache=True, error_model="numpy")
 def _answer_evenly(factor, m, ones):  # type: ignore[no-untyped-def]
-    """Response of m cells to an even displacement, and its sum."""
+    """Forces on m cells under a uniform displacement, and their sum."""
     total = 0.0
     for i in range(m):
         value = 1.0
@@ -53,35 +53,35 @@ def _answer_evenly(factor, m, ones):  # type: ignore[no-untyped-def]
 
 
 class RowPreconditioner(NamedTuple):
-    """Forces that answer a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
+    """Forces for a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
 
-    Cells side by side answer alike in all rows, fewer of them by the first rows of one factor. The factor of a row
-    with gaps is kept until other cells of it are free; that of the rows' coupling, until more than a few are.
+    Cells side by side have the same factor in all rows, fewer cells its first rows. The factor of a row with gaps is
+    kept until other cells of it are free; that of the rows' coupling, until more than a few are.
 
     Attributes
     ----------
     free : (rows, columns) bool array
-        Cells that the factors are of.
+        Free cells of the present factors.
     together : (columns, columns) array
         Cholesky factor of cells side by side; of its diagonal, the inverse.
     evenly : (columns + 1, columns) array [N/mm]
-        Response of so many of them to an even displacement.
+        Row m: forces on m of them under a uniform displacement.
     stiff : (columns + 1,) array [N/mm]
-        Its sum; zero where it is not known yet.
+        Their sum; zero where it is not computed yet.
     known : (1,) int array
-        Rows of `together` that are known.
+        Rows of `together` that are computed.
     apart : (rows,) bool array
         Rows whose free cells are not side by side.
     factors : (rows, columns, columns) array
         Cholesky factor of each of these.
     ones : (rows, columns) array [N/mm]
-        Response of these cells to an even displacement.
+        Forces on the free cells under a uniform displacement.
     members : (rows, columns) int array
         Their columns.
     counts : (rows,) int array
         Their number.
     stiffness : (rows,) array [N/mm]
-        Sum of their response.
+        Sum of these forces.
     on : (rows,) int array
         Rows that have free cells; `used` of them.
     used : (1,) int array
@@ -113,7 +113,7 @@ class RowPreconditioner(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def row_preconditioner(rows, columns):  # type: ignore[no-untyped-def]
-    """A preconditioner of which no cell is free yet."""
+    """A preconditioner without free cells yet."""
     return RowPreconditioner(
         np.zeros((rows, columns), dtype=np.bool_),
         np.empty((columns, columns)),
@@ -151,7 +151,7 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
         _couple_rows(kept, system.starts, system.coefficients, system.smooth)
         lift = 0.0
         while not _factor_whole(kept, lift):
-            # a preconditioner has to be positive definite, whatever it stands for
+            # a preconditioner has to be positive definite, even if the coupling is not
             lift = max(2.0 * lift, _DEFINITE)
         if lift > 0.0:
             _factor_whole(kept, lift + _DEFINITE)
@@ -160,7 +160,7 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
 
 @inner_njit(cache=True, error_model="numpy")
 def _factor_row(kept, own, r, m):  # type: ignore[no-untyped-def]
-    """Answer of a row of m free cells, by a factor of its own or by that of cells side by side."""
+    """Forces of a row of m free cells under a uniform displacement, by its own or the common factor."""
     members = kept.members[r]
     kept.apart[r] = m > 0 and members[m - 1] - members[0] >= m
     if kept.apart[r]:
@@ -179,9 +179,9 @@ def _factor_row(kept, own, r, m):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _factor_rows(kept, own, free):  # type: ignore[no-untyped-def]
-    """Factors of every row whose free cells are not those that they were before; whether coupling is due, too.
+    """Factors of every row whose free cells have changed; whether the coupling has to be computed again.
 
-    It is where more than a few cells have changed since it was made, or a row has free cells that had none.
+    It has if more than a few cells have changed since the last time, or a row has its first free cells.
     """
     rows, columns = free.shape
     count, due = 0, False
@@ -230,7 +230,7 @@ def _couple_rows(kept, starts, coefficients, smooth):  # type: ignore[no-untyped
 
 @inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _factor_whole(kept, lift):  # type: ignore[no-untyped-def]
-    """Factor of the coupling of rows, of which `lift` is added to the diagonal; False where it is not definite."""
+    """Factor of the rows' coupling with `lift` added to its diagonal; False if it is not definite."""
     a = kept.whole
     for i in range(kept.used[0]):
         for j in range(i):
@@ -268,7 +268,7 @@ def _solve_apart(kept, residual, r, x, out):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _solve_together(kept, residual, some, x, out, sums):  # type: ignore[no-untyped-def]
-    """Forces on the cells of four rows without gaps by themselves, and their sums: one sum alone waits for itself."""
+    """Forces on the cells of four rows without gaps, and their sums; one row alone would wait for each addition."""
     factor, counts, members = kept.together, kept.counts, kept.members
     most = max(counts[some[0]], counts[some[1]], counts[some[2]], counts[some[3]])
     for row in range(_TOGETHER):
@@ -316,7 +316,7 @@ def _solve_rows(kept, residual, out, sums):  # type: ignore[no-untyped-def]
             some[n] = r
             n += 1
         if n == _TOGETHER or (n > 0 and r == rows - 1):
-            for row in range(n, _TOGETHER):  # where fewer are left, one is solved again
+            for row in range(n, _TOGETHER):  # if fewer are left, the first is solved again
                 some[row] = some[0]
             _solve_together(kept, residual, some, x, out, sums)
             n = 0
@@ -326,7 +326,7 @@ def _solve_rows(kept, residual, out, sums):  # type: ignore[no-untyped-def]
 def _solve(kept, residual, out):  # type: ignore[no-untyped-def]
     """(D + E c E')^-1 = D^-1 - D^-1 E / R (1 + R c R)^-1 R c R / R E' D^-1, with R^2 = E' D^-1 E.
 
-    R c R may be that of a few other free cells: what is subtracted remains less than what it is subtracted from.
+    R c R may belong to slightly different free cells: the difference remains positive.
     """
     n, sums = kept.used[0], np.empty(residual.shape[0])
     _solve_rows(kept, residual, out, sums)

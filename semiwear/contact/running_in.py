@@ -1,4 +1,4 @@
-"""Roughness of flanks that run in: it approaches its final value with the depth that wear has taken off."""
+"""Roughness of flanks during running in: it approaches its final value with growing wear depth."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["RunningIn"]
 
 @dataclass(frozen=True)
 class RunningIn:
-    """Law of first order: a wear depth dh takes the share dh/h_0 of what is left to go, dR/dh = -(R - R_end)/h_0.
+    """First-order law: a wear depth dh removes the fraction dh/h_0 of the excess, dR/dh = -(R - R_end)/h_0.
 
-    R/R_0 = 1 - s (1 - exp(-h/h_0)), with the share s that goes in the end. The exponential transient of wear and the
+    R/R_0 = 1 - s (1 - exp(-h/h_0)), with the fraction s removed in the end. The exponential transient of wear and the
     approach to an equilibrium roughness are those of Queener, Smith and Mitchell (1965, Wear 8, 391-400) and of Hu,
     Li and Tonder (1991, J. Tribology 113, 499-505), as Khonsari, Ghatrehsamani and Akbarzadeh (2021, Wear 474-475,
-    203871) review them; with wear depth in place of time, since both measure the sliding that a point has seen.
+    203871) review them; with wear depth in place of time, since both measure the sliding of a point.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class RunningIn:
     depth: float
 
     def remaining(self, worn: ArrayLike) -> FloatArray:
-        """Roughness over that when new, of flanks from which wear has taken a depth [mm]."""
+        """Roughness over that when new, of flanks worn to a depth [mm]."""
         return np.asarray(1.0 + self.share * np.expm1(-np.asarray(worn, float) / self.depth))
 
     def of_both(self, teeth: LoadedTeeth, state: LoadedState, touched: FloatArray) -> FloatArray:
-        """Mean of what remains on both flanks, which are equally rough when new, (roll, face).
+        """Mean roughness ratio of both flanks, which are equally rough when new, (roll, face).
 
         Parameters
         ----------

@@ -1,9 +1,9 @@
 """Pressure across a slice of a line contact, exact for any gap: the elastic half-plane under a known line load.
 
-A worn flank is no parabola. Where its gap changes within the contact, at the ridge that remains along the pitch line
-above all, Hertz's pressure for some mean curvature misses the peak. Here each loaded slice is solved by itself on
-narrow cells in plane strain (`plane_strain`), with the line load that the load sharing found. Where an edge presses
-on the wall of the groove that it has worn, the valley beyond may bear as well: every such band has cells of its own.
+The gap of a worn flank is no parabola. Where it changes within the contact, at the ridge along the pitch line
+above all, Hertz's pressure for a mean curvature misses the peak. Here each loaded slice is solved by itself on
+narrow cells in plane strain (`plane_strain`), with its line load from load sharing. Where an edge presses
+on the wall of the groove that it has worn, the valley beyond may bear load, too: every such band has its own cells.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ __all__ = ["solve_slices"]
 
 # across each of one, two or three bands that may touch; with the most, Hertz's peak within 0.3 %
 _CELLS = (32, 24, 16)
-_ROOM = 1.6  # of the gap that closes in a Hertz contact: what is looked at
-_WIDER = 1.6  # when that was too little
+_ROOM = 1.6  # of the gap that closes in a Hertz contact: range of gaps considered
+_WIDER = 1.6  # factor if that was too little
 _FAR = 8.0  # times the gap that closes in a Hertz contact: nothing farther touches
-_BEYOND = 1.1  # of the gap of a place that turned out to be pressed
+_BEYOND = 1.1  # of the gap of a point that turned out to be in contact
 _ATTEMPTS = 8
 _MOST = max(n * cells for n, cells in enumerate(_CELLS, 1))
 
@@ -58,7 +58,7 @@ def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-d
     bands = 0
     c = 0
     while c < count:
-        if not g[c] - least <= depth:  # no number belongs to no band
+        if not g[c] - least <= depth:  # NaN belongs to no band
             c += 1
             continue
         start = max(c - 1, 0)
@@ -69,7 +69,7 @@ def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-d
             last[bands - 1] = stop
             continue
         if bands == len(_CELLS):
-            # the nearest become one
+            # the nearest two are joined
             nearest, apart = bands, u[start] - u[last[bands - 1]]
             for k in range(1, bands):
                 if u[first[k]] - u[last[k - 1]] < apart:
@@ -88,7 +88,7 @@ def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-d
 
 @inner_njit(cache=True, error_model="numpy")
 def _ends_of_bands(work, bands, least, depth, smooth):  # type: ignore[no-untyped-def]
-    """Where bands begin and end [mm]: at points of the outline, or where the gap is `depth` between two of them."""
+    """Ends of bands [mm]: at points of the outline, or where the gap is `depth` between two of them."""
     u, g = work.u, work.g
     for band in range(bands):
         first, last = work.first[band], work.last[band]
@@ -105,7 +105,7 @@ def _ends_of_bands(work, bands, least, depth, smooth):  # type: ignore[no-untype
 
 @inner_njit(cache=True, error_model="numpy")
 def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, unit):  # type: ignore[no-untyped-def]
-    """Greatest gap above the least of places outside all bands that the flanks would penetrate; zero if none."""
+    """Greatest gap, above the least, at which the flanks would penetrate outside all bands; zero if none."""
     constant, farthest = log(2.0 * span), 0.0
     band = 0
     for c in range(count):
@@ -117,8 +117,8 @@ def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, 
         if opening > _FAR * load:
             continue
         slack, x = opening - approach, work.u[c] * per_mm
-        away = max(abs(x - work.place[0]) + work.width[0], abs(x - work.place[n - 1]) + work.width[n - 1])
-        if slack + load * (constant - log(away)) > 0.0:  # even if all force lay at the farthest cell
+        farthest_cell = max(abs(x - work.place[0]) + work.width[0], abs(x - work.place[n - 1]) + work.width[n - 1])
+        if slack + load * (constant - log(farthest_cell)) > 0.0:  # even if all force lay at the farthest cell
             continue
         for k in range(n):
             if work.force[k] > 0.0:
@@ -151,7 +151,7 @@ def _cells(gap, bands, begin, end, place, width, opening):  # type: ignore[no-un
 
 @inner_njit(cache=True, error_model="numpy")
 def _cut_off(bands, begin, end, force, low, high):  # type: ignore[no-untyped-def]
-    """Whether pressure ends where cells end; at the end of a flank that is no edge it has to."""
+    """Whether the pressure is cut off where cells end, other than at the ends of the slice."""
     cells = _CELLS[bands - 1]
     for band in range(bands):
         if force[band * cells] > 0.0 and begin[band] != low:
@@ -163,7 +163,7 @@ def _cut_off(bands, begin, end, force, low, high):  # type: ignore[no-untyped-de
 
 @inner_njit(cache=True, error_model="numpy")
 def _open(work, n, least, closes, unit):  # type: ignore[no-untyped-def]
-    """Gaps of cells from the least one, in units of deflection; active are those that a Hertz contact closes."""
+    """Gaps of cells above the least one, in units of deflection; those that a Hertz contact closes become active."""
     nearest, touches = ZERO, False
     for c in range(n):
         work.gap[c] -= least
@@ -280,7 +280,7 @@ def _solve(line_load, flank, modulus, margin, even, smooth, slices, work, found)
             if np.isnan(approach):
                 unsettled += 1
             else:
-                # one band would be as stiff whose half-width is twice the logarithmic capacity of what touches
+                # as stiff as one band whose half-width is twice the logarithmic capacity of the contact
                 b, closes = 4.0 * span * exp(-rate), unit * q
                 found.curvature[k, i] = 2.0 * closes / (b * b)
                 found.gap[k, i] = least + unit * approach - closes * (log(4.0 * span / b) + 0.5)
@@ -303,7 +303,7 @@ def solve_slices(
     *,
     smooth: bool = False,
 ) -> tuple[SlicePressures, Footprints]:
-    """Greatest pressures of every loaded slice, and the Hertz contacts that are as soft and as far away.
+    """Greatest pressures of every loaded slice, and the equivalent Hertz contacts.
 
     Parameters
     ----------
@@ -313,17 +313,17 @@ def solve_slices(
     modulus : float [MPa]
         Effective modulus E*.
     margin : float [mm]
-        Distance across the line from an end of the slice, within which pressure is at the border.
+        Distance across the line from an end of the slice within which pressure counts as border.
     smooth : bool
-        Whether gap and curvature of `touched` are continuous functions of the load: they go in steps of a cell
+        Whether gap and curvature of `touched` are continuous functions of the load: they change in steps of a cell
         otherwise.
 
     Returns
     -------
     pressures : SlicePressures
     touched : Footprints
-        `worn` with the gap and the curvature of Hertz contacts that have the approach of these slices under their
-        loads, and the same change of it by the load; and where the force lies.
+        `worn` with the gap and the curvature of Hertz contacts that have the same approach as these slices under
+        their loads, and the same stiffness, at the centre of the force.
     """
     found = _Found(
         inner=np.zeros(line_load.shape),
@@ -336,7 +336,7 @@ def solve_slices(
     flank = gap_of_flanks(lines, worn.removed)
     places = most_places(flank.nodes)
 
-    ends = True if smooth else None  # None is a type of its own: what it skips is not compiled
+    ends = True if smooth else None  # None is a type of its own: the branch that it skips is not compiled
 
     def solve(slices: IntArray) -> int:
         return int(_solve(line_load, flank, modulus, margin, _EVEN, ends, slices, _work_space(places), found))

@@ -1,4 +1,4 @@
-"""Where a pressed stretch of cells ends, continuously in the load: for results that are differentiated."""
+"""Ends of a contact on cells as continuous functions of the load, for results that are differentiated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["smooth_rate"]
 
 @inner_njit(cache=True, error_model="numpy")
 def _rate(influence, active, force, a, x, y, points, none):  # type: ignore[no-untyped-def]
-    """Change of the approach by the load while these cells are pressed; a given one where that is undefined."""
+    """Derivative of the approach by the load with these cells in contact; `none` where it is undefined."""
     m = 0
     for i in range(active.shape[0]):
         if active[i]:
@@ -25,21 +25,21 @@ def _rate(influence, active, force, a, x, y, points, none):  # type: ignore[no-u
 
 @inner_njit(cache=True, error_model="numpy")
 def _weights(gap, influence, approach, force, end, beyond, inside):  # type: ignore[no-untyped-def]
-    """Weights of a stretch without the cell at its end, as it is, and with the one beyond, where there is one."""
+    """Weights of a stretch without the cell at its end, unchanged, and with the next cell, if there is one."""
     if not inside:
         return 0.0, 1.0, 0.0
-    share = 0.0
+    part = 0.0
     if force[end] > 0.0:
         slack = gap[beyond] - approach
         for k in range(gap.shape[0]):
             slack += influence[beyond, k] * force[k]
-        share = pi * force[end] / (pi * force[end] + max(slack, 0.0))
-    return 0.5 * (1.0 - share), 0.5, 0.5 * share
+        part = pi * force[end] / (pi * force[end] + max(slack, 0.0))
+    return 0.5 * (1.0 - part), 0.5, 0.5 * part
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _with_ends(active, first, last, low, high):  # type: ignore[no-untyped-def]
-    """Change the ends of a stretch: 0 without its cell there, 1 as it is, 2 with the next one."""
+    """Change the ends of a stretch: 0 without its end cell, 1 unchanged, 2 with the next one."""
     active[first] = low > 0
     if high == 0:
         active[last] = False
@@ -51,12 +51,12 @@ def _with_ends(active, first, last, low, high):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def smooth_rate(gap, influence, approach, rate, active, force, a, x, y, points, on, cells):  # type: ignore[no-untyped-def]
-    """Change of the approach by the load, continuous where cells come to be pressed.
+    """Derivative of the approach by the load, continuous where cells come into contact.
 
-    Contact does not end where a cell does. A cell that has just come to be pressed bears nothing, one next to which
-    another is about to be still bears its load at no gap: between the two the share of the cell that is in contact
-    grows from 0 to 1, and the rate goes from the mean of those without and with the cell to the mean of those with
-    it and with the next. Both ends of a stretch do so together, since a corner may press with a single cell. At an
+    Contact does not end where a cell does. A cell that has just come into contact bears no load; when its neighbour
+    is about to, it is wholly in contact. In between, the fraction of the cell that is in contact grows from 0 to 1,
+    and the rate goes from the mean of those without and with the cell to the mean of those with it and with the
+    next. Both ends of a stretch are treated together, since a corner may press with a single cell. At an
     end the pressure c sqrt(d) and the slope pi c sqrt(d) of the gap differ by pi, which weighs force against gap. On
     a parabola it leaves 2e-4 of steps of 1.4e-2 in the half-width.
     """

@@ -1,4 +1,4 @@
-"""Compliance of line contacts of finite length on the half-space: the stripe's, slice by slice."""
+"""Compliance of line contacts of finite length on the half-space, slice by slice (stripe kernel)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
     "subtract_mid_surface",
 ]
 
-_NOWHERE = -1e3  # logarithm of a distance over which nothing adds up
+_ZERO_DISTANCE = -1e3  # logarithm that stands for a distance of zero
 
 
 class NearPairs(NamedTuple):
@@ -31,17 +31,17 @@ class NearPairs(NamedTuple):
 
     Attributes
     ----------
-    one, other : int arrays
+    first, second : int arrays
     upper, lower : arrays
-        Logarithms of the distances [mm] of the ends of one slice from the middle of the other; `_NOWHERE` for 0.
+        Logarithms of the distances [mm] of one slice's ends from the other's middle; `_ZERO_DISTANCE` for 0.
     beyond : array
         1 where the lower end lies beyond the middle, -1 where the middle lies within the slice.
     length : array [mm]
         Mean length of the two.
     """
 
-    one: IntArray
-    other: IntArray
+    first: IntArray
+    second: IntArray
     upper: FloatArray
     lower: FloatArray
     beyond: FloatArray
@@ -58,7 +58,7 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
             while beyond < starts[line + 1] and arc[beyond] - arc[i] <= near:
                 beyond += 1
             most += beyond - i
-    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    first, second = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     upper, lower, beyond, mean = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     n = 0
     for line in range(starts.shape[0] - 1):
@@ -67,33 +67,33 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
                 middle = arc[j] - arc[i]
                 if middle > near:
                     break
-                one[n], other[n], mean[n] = i, j, sqrt(length[i] * length[j])
+                first[n], second[n], mean[n] = i, j, sqrt(length[i] * length[j])
                 end = middle - 0.5 * mean[n]
-                upper[n], lower[n] = log(middle + 0.5 * mean[n]), log(abs(end)) if end != 0.0 else _NOWHERE
+                upper[n], lower[n] = log(middle + 0.5 * mean[n]), log(abs(end)) if end != 0.0 else _ZERO_DISTANCE
                 beyond[n] = 1.0 if end >= 0.0 else -1.0
                 n += 1
-    return NearPairs(one[:n], other[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
+    return NearPairs(first[:n], second[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
 
 
 @njit(cache=True, error_model="numpy")
 def pairs_among(pairs, chosen, size):  # type: ignore[no-untyped-def]
-    """Of near pairs of so many slices, those of chosen ones, by their numbers among these."""
+    """Near pairs of `size` slices between chosen ones, by their numbers among these."""
     number = np.empty(size, dtype=np.int64)
     for i in range(size):
         number[i] = -1
     for n in range(chosen.shape[0]):
         number[chosen[n]] = n
-    most = pairs.one.shape[0]
-    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    most = pairs.first.shape[0]
+    first, second = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     upper, lower, beyond, length = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     count = ZERO
     for n in range(most):
-        i, j = number[pairs.one[n]], number[pairs.other[n]]
+        i, j = number[pairs.first[n]], number[pairs.second[n]]
         if i >= 0 and j >= 0:
-            one[count], other[count], upper[count] = i, j, pairs.upper[n]
+            first[count], second[count], upper[count] = i, j, pairs.upper[n]
             lower[count], beyond[count], length[count] = pairs.lower[n], pairs.beyond[n], pairs.length[n]
             count += 1
-    return NearPairs(one[:count], other[:count], upper[:count], lower[:count], beyond[:count], length[:count])
+    return NearPairs(first[:count], second[:count], upper[:count], lower[:count], beyond[:count], length[:count])
 
 
 @njit(cache=True, error_model="numpy")
@@ -114,9 +114,9 @@ def near_stripe(pairs, half_width, factor, table):  # type: ignore[no-untyped-de
     -------
     (pairs,) array [mm/N]
     """
-    width, out = 0.5 * np.log(half_width), np.empty(pairs.one.shape[0])
-    for n in range(pairs.one.shape[0]):
-        mean = width[pairs.one[n]] + width[pairs.other[n]]
+    width, out = 0.5 * np.log(half_width), np.empty(pairs.first.shape[0])
+    for n in range(pairs.first.shape[0]):
+        mean = width[pairs.first[n]] + width[pairs.second[n]]
         total = stripe_integral_to(pairs.upper[n] - mean, table)
         total -= pairs.beyond[n] * stripe_integral_to(pairs.lower[n] - mean, table)
         out[n] = total * factor / pairs.length[n]
@@ -126,8 +126,8 @@ def near_stripe(pairs, half_width, factor, table):  # type: ignore[no-untyped-de
 @inner_njit(cache=True, error_model="numpy")
 def add_pairs(matrix, pairs, between):  # type: ignore[no-untyped-def]
     """Add compliances between near slices to a symmetric matrix."""
-    for n in range(pairs.one.shape[0]):
-        i, j = pairs.one[n], pairs.other[n]
+    for n in range(pairs.first.shape[0]):
+        i, j = pairs.first[n], pairs.second[n]
         matrix[i, j] += between[n]
         if j > i:
             matrix[j, i] += between[n]
@@ -135,7 +135,7 @@ def add_pairs(matrix, pairs, between):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # type: ignore[no-untyped-def]
-    """Add the stripe kernel between slices of one line that are farther than `near` [mm/N]: no width shows there.
+    """Add the stripe kernel between slices of one line farther apart than `near` [mm/N], where widths have no effect.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # ty
     starts : (lines + 1,) int array
         First slice of each contact line.
     arc, length : (n,) arrays [mm]
-        Place along the line and length of each slice.
+        Position along the line and length of each slice.
     near : float [mm]
     factor : float
         1/(pi E*).
@@ -203,7 +203,7 @@ def subtract_mid_surface(matrix, starts, arc, length, depth, shear_factor, poiss
 
 @njit(cache=True, error_model="numpy")
 def less_aside(starts, arc, length, depth, shear_factor, poisson):  # type: ignore[no-untyped-def]
-    """By how much less there is to subtract for a point aside, across the line [mm/N per mm^2], (n, n) array.
+    """Decrease of the subtracted displacement by the squared distance across the line [mm/N per mm^2], (n, n) array.
 
     The half-space displacement at the mid-surface falls with the square of that distance x: of the integral in
     `subtract_mid_surface` with R^2 = x^2 + y^2 + d^2, the derivative by x^2 at x = 0. Parameters as there.

@@ -39,8 +39,8 @@ _MIRROR_Y = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])[:, None, None]
 _DEPTH_RATIO = 1.35  # of neighbouring default depths; the shear stress below a Hertz contact is that flat
 _DEPTH_TOLERANCE = 1e-4  # of the bracket
 _TURNS = 5  # of depth and place; the first plane's best cell is already near
-_EQUAL = 1e-6  # neighbours this close together are no reason to move
-_RIVAL = 0.9  # depths at which the stress peaks within this share of the greatest are refined as well
+_EQUAL = 1e-6  # a neighbour that is greater by less is no reason to move
+_RIVAL = 0.9  # depths at which the stress peaks above this fraction of the greatest are refined as well
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def greatest_subsurface_stress(
 ) -> GreatestSubsurfaceStress:
     """Greatest von Mises and Tresca stress below a contact, with their depths and places.
 
-    All planes are looked at below the rectangle that holds the loaded cells, and the best depths are then refined
+    All planes are searched below the rectangle that holds the loaded cells, and the best depths are then refined
     below their own cells. Without a load all is zero.
 
     Parameters
@@ -124,7 +124,7 @@ def greatest_subsurface_stress(
     poissons_ratio : float
         0 to 0.5.
     depths : (nz,) array [mm], optional
-        Where to look first; the answer lies between the least and the greatest. `default_depths` when left out.
+        Depths of the first search; the answer lies between the least and the greatest. Default: `default_depths`.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def maximum_shear(stress: FloatArray) -> FloatArray:
 
 
 def _second_invariant(stress: FloatArray) -> FloatArray:
-    """J2 [MPa^2] from differences of the normal stresses, which a pressure all round does not disturb."""
+    """J2 [MPa^2] from differences of the normal stresses, which hydrostatic pressure does not disturb."""
     xx, yy, zz, xy, xz, yz = stress
     return np.asarray(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 6.0 + xy**2 + xz**2 + yz**2)
 
@@ -221,7 +221,7 @@ def _planes(
 ) -> Iterator[FloatArray]:
     """Stress (6, nx, ny) [MPa] at one depth after the other."""
     nx, ny = pressure.shape
-    # twice the grid less one holds every distance between two cells, so that none is met round the back
+    # twice the grid less one holds every distance between two cells, so that none wraps round
     size = (next_fast_len(2 * nx - 1, real=True), next_fast_len(2 * ny - 1, real=True))
     spectrum = rfft2(pressure, size)
     kernel = np.zeros((6, *size))
@@ -276,12 +276,12 @@ def _mean_stretch(weight: FloatArray) -> float:
 def _minor_half_width(weight: FloatArray, cell: tuple[float, float]) -> float:
     """Minor half-axis [mm] of the Hertz ellipse with the second moments of a load; there they are a^2/5 and b^2/5."""
     middles = [(np.arange(count) + 0.5) * width for count, width in zip(weight.shape, cell, strict=True)]
-    share = weight / weight.sum()
-    along_x, along_y = share.sum(axis=1), share.sum(axis=0)
+    fraction = weight / weight.sum()
+    along_x, along_y = fraction.sum(axis=1), fraction.sum(axis=0)
     x, y = middles[0] - along_x @ middles[0], middles[1] - along_y @ middles[1]
-    # each cell's own moment comes on top
+    # plus each cell's own moment
     xx, yy = along_x @ x**2 + cell[0] ** 2 / 12.0, along_y @ y**2 + cell[1] ** 2 / 12.0
-    xy = x @ share @ y
+    xy = x @ fraction @ y
     return sqrt(5.0 * float(np.linalg.eigvalsh([[xx, xy], [xy, yy]])[0]))
 
 

@@ -1,4 +1,4 @@
-"""Friction force of a slice that rolls and slides: what Coulomb's law leaves of mu q where sliding nearly vanishes.
+"""Friction force of a slice that rolls and slides: its fraction of mu q where sliding nearly vanishes.
 
 Coulomb's law alone has no value where sliding is zero, and the friction force would jump there from -mu q to mu q. A
 contact of finite width does not. At an instant the flanks slide alike across it (to the first order, the difference
@@ -10,7 +10,7 @@ section 8.3) a band at the side where points enter sticks until the creep ratio 
 
 Q along the sliding velocity, 1 beyond. For involutes on parallel axes c is the distance of the contact from the pitch
 point along the line of action over mu b. The law is odd and continuous; where sliding has a component along the line
-as well, it is taken for the whole vector. Not in it: sideways traction yields by 1/(1 - nu) more; where axes cross,
+as well, it is taken for the whole vector. Neglected: sideways traction yields by 1/(1 - nu) more; where axes cross,
 spin turns the sliding velocity across the width of the slice at the pitch point; and a reversal is quasi-steady here,
 while points take 2b of rolling to pass through, so that in truth it lags behind by about that much.
 

@@ -1,4 +1,4 @@
-"""Wear of both flanks where they bear."""
+"""Wear depth of both flanks where they are in contact."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["worn_depth"]
 
 
 def worn_depth(teeth: LoadedTeeth, state: LoadedState, touched: FloatArray) -> FloatArray:
-    """Depth that wear has taken off each body where they touch, (body, roll, face) [mm].
+    """Wear depth of each body where they touch, (body, roll, face) [mm].
 
     The driving flank is met beside the station of the driven one: its wear is read where the gap reads it.
 

@@ -1,4 +1,4 @@
-"""Tooth flanks, fillets and sections; one file a kind of gear; no knowledge of load.
+"""Tooth flanks, fillets and sections, a module for each kind of gear; independent of load.
 
 Flanks as functions of plain arrays: `involute`, `face_gear_flank`.
 """

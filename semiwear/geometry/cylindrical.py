@@ -1,8 +1,8 @@
 """Spur and helical involute teeth, external and internal, with profile shift (ISO 21771:2007).
 
 Lengths and angles are those of the transverse section unless a name says normal. Numbers of teeth, radii and the
-tooth thickness are positive; what is turned around on an internal gear is written with its sign `side`. A positive
-profile shift moves the tooth towards its tip and makes it thicker, inside as outside.
+tooth thickness are positive; quantities reversed on an internal gear carry its sign `side`. A positive
+profile shift moves the tooth towards its tip and makes it thicker, internal as external.
 
 The section that carries the load stands normal to the teeth: the virtual spur gear with z/(cos^2 beta_b cos beta)
 teeth, which need not be whole (ISO 6336-3:2019, 6.2). For spur teeth it is the transverse section itself.
@@ -116,8 +116,8 @@ class CylindricalTooth:
     def form_roll_angle(self) -> float:
         """Roll angle where the involute ends and the fillet begins [rad]; negative when the rack undercuts.
 
-        Outside, the deepest point that the rack's straight flank generates; inside, where the arc that also touches
-        the root circle is tangent to the involute.
+        On external teeth the deepest point that the rack's straight flank generates; on internal ones the point where
+        the arc that also touches the root circle is tangent to the involute.
         """
         if self.internal:
             centre = self.root_radius - self.rack_tip_radius
@@ -139,7 +139,7 @@ class CylindricalTooth:
 
     @property
     def root_land_half_angle(self) -> float:
-        """Half the angle of the root land of an internal tooth space [rad]; negative for an arc that is too round."""
+        """Half the angle of the root land of an internal tooth space [rad]; negative if its arc is too large."""
         roll = self.roll_at(self.root_radius - self.rack_tip_radius)
         space = pi / self.teeth - self.half_thickness_angle + involute_function(self.pressure_angle)
         return space - self.rack_tip_radius / self.base_radius - roll + atan(roll)
@@ -193,7 +193,7 @@ class CylindricalTooth:
             drawn = normal._internal_section()
             there = -drawn.flank[:, 1]
         order = np.argsort(height)
-        # both sections have the same heights, but for the end of the flank: beyond it the profile goes on
+        # both sections have the same heights except at the end of the flank, beyond which the profile is continued
         slope = np.gradient(profile_of_radius[order], height[order])
         low, high = height[order[0]], height[order[-1]]
         profile = np.interp(there, height[order], profile_of_radius[order])

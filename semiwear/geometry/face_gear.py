@@ -89,7 +89,7 @@ class FaceGearTooth:
 
     @property
     def crest_roll_angle(self) -> float:
-        """Roll angle at which the shaper's involute, carried on, would reach its crest [rad]."""
+        """Roll angle at which the shaper's involute, continued, would reach its crest [rad]."""
         return sqrt((self.shaper_crest_radius / self.shaper_base_radius) ** 2 - 1.0)
 
     @property
@@ -116,7 +116,7 @@ class FaceGearTooth:
 
     @property
     def crest_half_width(self) -> float:
-        """Half the width of the land left on the shaper's crest, at its rounding's centre [mm]; < 0: over-round."""
+        """Half the width of the land on the shaper's crest, at its rounding's centre [mm]; < 0: too round."""
         return -self._rounding[0]
 
     # profile coordinate: arc length of the shaper's involute from its pitch circle, positive towards the gear's tip
@@ -238,7 +238,7 @@ class FaceGearTooth:
         return cosine * cross_x + sine * cross_y
 
     def singular_radii(self, roll: float) -> list[float]:
-        """Gear radii at which the flank that a shaper's roll angle [rad] generates is singular, growing [mm]."""
+        """Gear radii at which the flank that a shaper's roll angle [rad] generates is singular, rising [mm]."""
         angles = np.linspace(1e-6, 0.5 * pi - 1e-3, 4000)
         values = self.surface_element(np.sin(angles), np.cos(angles), roll)
         radii = []

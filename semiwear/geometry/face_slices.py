@@ -1,8 +1,8 @@
-"""Slices along a tooth: even ones, of which one begins where the roundings of the end edges do.
+"""Slices along a tooth: equal ones, whose borders fall on the beginning of the roundings of the end edges.
 
-The load crowds towards the ends of the shorter flank. A slice that lies partly on a rounding bears the load of a
-whole one as soon as its middle touches: with slices laid evenly between the nominal ends, the greatest wear of spur
-gears went up and down by 3 % with their number.
+The load concentrates towards the ends of the shorter flank. A slice that lies partly on a rounding bears the load of
+a whole one as soon as its middle touches: with equal slices between the nominal ends, the greatest wear of spur gears
+varied by 3 % with their number.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ def slice_middles(ends: Sequence[float], whole: Sequence[float], slices: int) ->
     ends : (float, float) [mm]
         Nominal ends of the flank.
     whole : (float, float) [mm]
-        Between the roundings at the ends of both flanks; borders of slices fall on both. Where it is empty, slices
-        divide the flank evenly between its ends.
+        Part between the roundings at the ends of both flanks, on whose limits borders of slices fall. If it is empty,
+        slices divide the flank evenly between its ends.
     slices : int
-        Beyond `whole` lie about as many as have their middle on the flank, never more.
+        Number of slices; beyond `whole` at most those with their middle on the flank.
 
     Returns
     -------
     (slices,) array [mm]
-        Growing, one slice's width apart.
+        Rising, one slice's width apart.
     """
     low, high = ends
     first, last = max(whole[0], low), min(whole[1], high)

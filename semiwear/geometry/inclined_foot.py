@@ -1,11 +1,11 @@
-"""A helical tooth on its wheel: the ring under the teeth, and what a flank load does to a tooth's foot.
+"""Foot of a helical tooth on its wheel: the ring under the teeth, and the forces of a flank load on the foot.
 
 The tooth itself is computed in its normal section, on the ring of the virtual spur gear (`CylindricalTooth`). That
-ring is not the wheel: its radius is larger by 1/cos^2(beta), it knows no axial force and no torsion of the true
-width. Both rings are described here alike, so that one may be exchanged for the other: radius, width, teeth, the
-foot's chord and slope, and the force and couple that a unit load normal to the flank brings to the foot.
+ring is not the wheel: its radius is larger by 1/cos^2(beta), without axial force and torsion of the true
+width. Both rings are described by the same quantities, so that one may replace the other: radius, width, teeth, the
+foot's chord and slope, and the force and couple on the foot of a unit load normal to the flank.
 
-Directions are those of the tooth: radially outwards, tangentially towards where the load pushes, along the axis.
+Directions are those of the tooth: radially outwards, tangential in the direction of the load, and axial.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class FootRing:
     chord : float [mm]
         Of a tooth's foot, normal to the tooth.
     slope : float
-        Tangent of the helix angle on the root cylinder, positive when teeth go with +z towards where the load
-        pushes.
+        Tangent of the helix angle on the root cylinder, positive if the teeth incline with +z in the direction of
+        the load.
     """
 
     held_radius: float
@@ -58,7 +58,7 @@ class InclinedFoot:
     width : float [mm]
         Of the wheel, along its axis.
     sense : int
-        +1 when the teeth go with +z towards where the load pushes them, -1 when against it.
+        +1 if the teeth incline with +z in the direction of the load, -1 if against it.
     """
 
     tooth: CylindricalTooth
@@ -74,13 +74,13 @@ class InclinedFoot:
     def crowding(self) -> float:
         """Length of the tooth on the reference cylinder over that on the root cylinder.
 
-        The same forces are shared by less length where the helix is less inclined.
+        The same forces act on a shorter tooth where the helix is less inclined.
         """
         return cos(atan(self.wheel.slope)) / cos(self.tooth.helix_angle)
 
     @property
     def wheel(self) -> FootRing:
-        """The ring that is there."""
+        """The ring of the actual wheel."""
         tooth = self.tooth
         slope = self.sense * tan(tooth.helix_angle) * tooth.root_radius / tooth.reference_radius
         return self._ring(tooth.root_radius, self.width, tooth.teeth, slope)
@@ -109,13 +109,12 @@ class InclinedFoot:
         Parameters
         ----------
         radius : (...) array [mm]
-            Where the flank is loaded, into the tooth.
+            Radius of the loaded point of the flank.
 
         Returns
         -------
         (..., 4) array [1, 1, 1, mm]
-            The couple about the tooth's direction, as that of radial forces which grow towards where the load
-            pushes.
+            The couple about the tooth's direction is that of radial forces which rise in the direction of the load.
         """
         tooth = self.tooth
         force, arm = _load(

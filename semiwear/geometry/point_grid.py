@@ -5,19 +5,19 @@ the root end of the flank to its tip edge, columns (`face`) along the tooth from
 the nominal (sharp) borders of the flank. Neighbours need not be equally far apart.
 
 netCDF (.nc): a variable `points` over (profile, face, xyz) with `units` "mm". Optional: `normals` (profile, face,
-xyz), unit normals out of the material; `face` (face), a growing coordinate along the tooth [mm] that both bodies
-share (where they meet, they have about the same), by which stations are named; `profile_length` (face) [mm], how
-much a coordinate across the tooth, if not its arc length, grows from root to tip, evenly from row to row; `counts`
+xyz), unit normals out of the material; `face` (face), a rising coordinate along the tooth [mm] that both bodies
+share (mating points have about the same), for the face stations; `profile_length` (face) [mm], how
+much a coordinate across the tooth, if not its arc length, rises from root to tip, uniformly from row to row; `counts`
 (profile, face), 0 for points that fill the grid and were not measured; attribute `teeth`. Optional tooth
 sections for the compliance, each normal to the tooth (`semiwear.geometry.section`): `section_face` (section) [mm],
 `section_flank` (section, flank_point, xy) and `section_fillet` (section, fillet_point, xy) [mm], `section_row`
-(section, flank_point), the row of the grid, counted from 0 and broken, in which a section's flank point lies; and
+(section, flank_point), the fractional row of the grid, counted from 0, in which a section's flank point lies; and
 either `section_pitch` and `section_back_height` (section) [mm] of a rack, or `section_teeth` and
 `section_bore_radius` (section) [mm] of a ring.
 
 CSV (.csv): a header with the columns profile, face (whole numbers that count rows and columns from 0), x_mm, y_mm,
-z_mm and, if known, nx, ny, nz; one line a point in any order; lines that begin with # are skipped. Commas, semicolons
-or tabs stand between cells; numbers beside semicolons and tabs may have decimal commas.
+z_mm and, if known, nx, ny, nz; a line per point in any order; lines that begin with # are skipped. Commas, semicolons
+or tabs separate cells; with semicolons or tabs, numbers may have decimal commas.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ _MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 @dataclass(frozen=True)
 class PlacedSection:
-    """A tooth section and where it stands.
+    """A tooth section and its face coordinate.
 
     Attributes
     ----------
     face : float [mm]
         Face coordinate of the file.
     section : ToothSection
-        Its `flank_profile` holds rows of the grid, counted from 0 and broken.
+        Its `flank_profile` holds fractional rows of the grid, counted from 0.
     """
 
     face: float
@@ -80,12 +80,12 @@ class PointGrid:
     face : (F,) array [mm] or None
         Coordinate of the columns along the tooth.
     profile_length : (F,) array [mm] or None
-        By which the coordinate across the tooth grows from the first row to the last, evenly. None: the arc length.
+        Uniform rise of the coordinate across the tooth from the first row to the last. None: the arc length.
     sections : tuple of PlacedSection
     attributes : mapping
-        What else a file says of itself: `teeth`, and what `export_flank` tells for information.
+        Other attributes of a file: `teeth`, and those that `export_flank` writes for information.
     counts : (P, F) bool array or None
-        Points that were measured; others fill the grid and say nothing. None: all.
+        Points that were measured; others only fill the grid. None: all.
     """
 
     points: FloatArray
@@ -101,11 +101,11 @@ class PointGrid:
 
 
 def write_point_grid(path: str | os.PathLike[str], grid: PointGrid) -> None:
-    """Write points to a .nc or .csv file, whichever it is called; CSV holds points and normals alone.
+    """Write points to a .nc or .csv file, by its name; CSV holds points and normals only.
 
-    A grid of which not all points count is no CSV file: there all would.
+    A grid with points that were not measured needs netCDF: in CSV all points count as measured.
 
-    An existing file is replaced, whole.
+    An existing file is replaced as a whole.
 
     Raises
     ------
@@ -161,15 +161,15 @@ def _as_dataset(grid: PointGrid) -> Dataset:
 
 
 def _section_variables(placed: tuple[PlacedSection, ...]) -> Options:
-    sections = [one.section for one in placed]
+    sections = [entry.section for entry in placed]
     mm = {"units": "mm"}
     found: Options = {
-        "section_face": ("section", [one.face for one in placed], mm),
-        "section_flank": (("section", "flank_point", "xy"), np.stack([one.flank for one in sections]), mm),
-        "section_row": (("section", "flank_point"), np.stack([one.flank_profile for one in sections])),
-        "section_fillet": (("section", "fillet_point", "xy"), np.stack([one.fillet for one in sections]), mm),
+        "section_face": ("section", [entry.face for entry in placed], mm),
+        "section_flank": (("section", "flank_point", "xy"), np.stack([section.flank for section in sections]), mm),
+        "section_row": (("section", "flank_point"), np.stack([section.flank_profile for section in sections])),
+        "section_fillet": (("section", "fillet_point", "xy"), np.stack([section.fillet for section in sections]), mm),
     }
-    rims = [one.rim for one in sections]
+    rims = [section.rim for section in sections]
     if all(isinstance(rim, RackRim) for rim in rims):
         found["section_pitch"] = ("section", [rim.pitch for rim in rims], mm)  # type: ignore[union-attr]
         found["section_back_height"] = ("section", [rim.back_height for rim in rims], mm)  # type: ignore[union-attr]
@@ -191,12 +191,12 @@ class _Unfit(Exception):
 
 
 def read_point_grid(path: str | os.PathLike[str], key: str = "path") -> PointGrid | Problem:
-    """Points from a file, or what keeps it from being read; whether they make a flank is not looked at.
+    """Points from a file, or the problem with reading it; whether they form a flank is not checked.
 
     Parameters
     ----------
     path : path
-        A .nc or .csv file, laid out as the module says.
+        A .nc or .csv file in the layout of this module.
     key : str
         The scene's field, for the problem.
     """
@@ -219,7 +219,7 @@ def _read_netcdf(file: Path) -> PointGrid:
     try:
         data = read_dataset(file)
     except (OSError, ValueError) as error:
-        raise _Unfit(f"it cannot be read ({error})", _FILE, "write it anew") from None
+        raise _Unfit(f"it cannot be read ({error})", _FILE, "write it again") from None
     if "scene_toml" in data.attrs:
         raise _Unfit("a result of semiwear", "the points of one flank", "export_flank(..., worn=result) writes them")
     points = _on_flank(data, "points")
@@ -235,7 +235,7 @@ def _read_netcdf(file: Path) -> PointGrid:
         length = np.asarray(data["profile_length"].values, float)
         if length.shape != points.shape[1:2] or not np.all(np.isfinite(length)) or length.min() <= 0.0:
             raise _Unfit(
-                "a profile_length that is none", "one positive length a column", "correct it, or leave it out"
+                "a profile_length that is not positive", "one positive length a column", "correct it, or leave it out"
             )
     grid = PointGrid(points, normals, face, length, counts=_counts(data), attributes=dict(data.attrs))
     return replace(grid, sections=_sections(data)) if "section_flank" in data else grid
@@ -250,12 +250,12 @@ def _counts(data: Dataset) -> BoolArray | None:
 
 
 def _on_flank(data: Dataset, name: str) -> FloatArray:
-    wanted = ("profile", "face", "xyz")
-    if name not in data or set(data[name].dims) != set(wanted) or data[name].sizes["xyz"] != 3:
+    dims = ("profile", "face", "xyz")
+    if name not in data or set(data[name].dims) != set(dims) or data[name].sizes["xyz"] != 3:
         found = f"no variable {name}" if name not in data else f"{name} over {dict(data[name].sizes)}"
         raise _Unfit(found, _LAYOUT, "lay the points out so; xyz has length 3")
     try:
-        return np.ascontiguousarray(data[name].transpose(*wanted).values, dtype=float)
+        return np.ascontiguousarray(data[name].transpose(*dims).values, dtype=float)
     except (TypeError, ValueError) as error:
         raise _Unfit(f"{name}: {error}", "numbers", "write numbers") from None
 
@@ -325,9 +325,9 @@ def _read_csv(file: Path) -> PointGrid:
         missing = np.flatnonzero(places != np.arange(len(places)))
         first = int(missing[0]) if missing.size else len(places)
         twice = np.flatnonzero(counts[:first] != 1)
-        place, what = (int(twice[0]), f"there {counts[twice[0]]} times") if twice.size else (first, "missing")
+        place, fault = (int(twice[0]), f"there {counts[twice[0]]} times") if twice.size else (first, "missing")
         i, j = divmod(place, shape[1])
-        raise _Unfit(f"point (profile {i}, face {j}) is {what}", "each point of the grid once", "complete the grid")
+        raise _Unfit(f"point (profile {i}, face {j}) is {fault}", "each point of the grid once", "complete the grid")
 
     def vectors(names: tuple[str, ...]) -> FloatArray:
         values = np.empty((*shape, 3))

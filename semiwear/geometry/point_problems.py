@@ -14,15 +14,15 @@ from semiwear.geometry.point_surface import LEAST_POINTS, cell_normals
 __all__ = ["grid_problems"]
 
 
-_UNIT = 1e-3  # by which a unit normal may miss its length
-_SAME = 1e-9  # of the flank's size: points nearer are the same
+_UNIT = 1e-3  # error of the length of a unit normal
+_SAME = 1e-9  # of the flank's size: points within it count as the same
 _COARSE_TURN = 20.0  # degrees by which the normal may turn from cell to cell
-_PITCHES = (0.2, 1000.0)  # mm round the axis for one tooth: modules of 0.06 to 300
-_HEIGHTS = (0.05, 4.0)  # height of a flank over that
+_PITCHES = (0.2, 1000.0)  # mm: pitch, for modules of 0.06 to 300
+_HEIGHTS = (0.05, 4.0)  # height of a flank over the pitch
 
 
 def grid_problems(grid: PointGrid, key: str, path: str, teeth: int) -> list[Problem]:
-    """Problems of a grid by itself; of those that follow from one another only the first.
+    """Problems of a grid, from the first check that finds any, since later ones may follow from them.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ def grid_problems(grid: PointGrid, key: str, path: str, teeth: int) -> list[Prob
     teeth : int
         Teeth of the body.
     """
-    looks = (_size, _numbers, _distinct, _folds, _columns, _teeth)
-    for look in looks:
-        found = [Problem(key, f"{path}: {what}", allowed, fix) for what, allowed, fix in look(grid, teeth)]
+    checks = (_size, _numbers, _distinct, _folds, _columns, _teeth)
+    for check in checks:
+        found = [Problem(key, f"{path}: {value}", allowed, fix) for value, allowed, fix in check(grid, teeth)]
         if found:
             return found
     return []
@@ -52,13 +52,13 @@ def _size(grid: PointGrid, teeth: int) -> Iterator[Finding]:
 
 
 def _numbers(grid: PointGrid, teeth: int) -> Iterator[Finding]:
-    for what, values in (("point", grid.points), ("normal", grid.normals)):
+    for kind, values in (("point", grid.points), ("normal", grid.normals)):
         if values is None:
             continue
         bad = np.argwhere(~np.isfinite(values).all(axis=-1))
         if bad.size:
             i, j = bad[0]
-            found = f"{len(bad)} {what}(s) without a number, the first at (profile {i}, face {j})"
+            found = f"{len(bad)} {kind}(s) without a number, the first at (profile {i}, face {j})"
             yield found, "finite numbers", "fill the gaps of the grid, or cut its rows or columns off"
     if grid.face is not None and not np.all(np.isfinite(grid.face)):
         yield "a face coordinate without a number", "finite numbers", "complete the coordinate face, or leave it out"
@@ -66,28 +66,28 @@ def _numbers(grid: PointGrid, teeth: int) -> Iterator[Finding]:
 
 def _distinct(grid: PointGrid, teeth: int) -> Iterator[Finding]:
     size = float(np.linalg.norm(np.ptp(grid.points, axis=(0, 1))))
-    for axis, what in ((0, "rows"), (1, "columns")):
+    for axis, kind in ((0, "rows"), (1, "columns")):
         steps = np.linalg.norm(np.diff(grid.points, axis=axis), axis=-1)
         if steps.min() <= _SAME * size:
             i, j = np.unravel_index(int(np.argmin(steps)), steps.shape)
             k = int((i, j)[axis])
-            where = f"{what} {k} and {k + 1} at (profile {i}, face {j})"
-            yield f"the same point twice: {where}", "distinct neighbours", f"give each of the {what} once"
+            where = f"{kind} {k} and {k + 1} at (profile {i}, face {j})"
+            yield f"the same point twice: {where}", "distinct neighbours", f"give each of the {kind} once"
             return
 
 
 def _folds(grid: PointGrid, teeth: int) -> Iterator[Finding]:
     points = grid.points
-    for axis, what in ((0, "rows"), (1, "columns")):
+    for axis, kind in ((0, "rows"), (1, "columns")):
         steps = np.moveaxis(np.diff(points, axis=axis), axis, 0)
         lead = np.moveaxis(np.sum(steps[1:] * steps[:-1], axis=-1), 0, axis)
         if lead.min() <= 0.0:
             i, j = np.unravel_index(int(np.argmin(lead)), lead.shape)
-            found = f"the grid folds back between {what} near (profile {i}, face {j})"
+            found = f"the grid folds back between {kind} near (profile {i}, face {j})"
             yield (
                 found,
-                f"{what} in the order in which they lie on the flank",
-                f"sort the {what}, or correct the point",
+                f"{kind} in the order in which they lie on the flank",
+                f"sort the {kind}, or correct the point",
             )
             return
     normals = cell_normals(points)
@@ -110,19 +110,19 @@ def _folds(grid: PointGrid, teeth: int) -> Iterator[Finding]:
 def _columns(grid: PointGrid, teeth: int) -> Iterator[Finding]:
     if grid.face is not None and np.any(np.diff(grid.face) <= 0.0):
         fix = "sort the columns, or leave the coordinate out"
-        yield "a coordinate face that does not grow", "one growing face coordinate [mm] a column", fix
+        yield "a coordinate face that does not rise", "one rising face coordinate [mm] a column", fix
     if grid.normals is not None:
         length = np.linalg.norm(grid.normals, axis=-1)
         if np.abs(length - 1.0).max() > _UNIT:
             worst = float(length.flat[int(np.argmax(np.abs(length - 1.0)))])
             yield f"a normal of length {worst:.4g}", "unit normals", "divide each by its length, or leave them out"
-    told = grid.attributes.get("teeth")
-    if told is not None and int(told) != teeth:
-        yield f"made for {int(told)} teeth, not {teeth}", f"{int(told)} teeth", "give the right file or teeth"
+    stated = grid.attributes.get("teeth")
+    if stated is not None and int(stated) != teeth:
+        yield f"made for {int(stated)} teeth, not {teeth}", f"{int(stated)} teeth", "give the right file or teeth"
 
 
 def _teeth(grid: PointGrid, teeth: int) -> Iterator[Finding]:
-    """The flank has the proportions of one of so many teeth about the z axis."""
+    """Problems of a flank's proportions for this number of teeth about the z axis."""
     points = grid.points
     radius = np.hypot(points[..., 0], points[..., 1])
     pitch = 2.0 * np.pi * float(radius.mean()) / teeth

@@ -1,16 +1,16 @@
 """A smooth surface through a grid of points, with an estimate of its own error.
 
 Each coordinate is a bicubic spline over (u, v), 0 to 1: u from the first row of the grid to the last, v from the
-first column to the last, both after the chord length of the grid, mean over the lines across (de Boor 2001, ch. 17;
-not-a-knot ends). The spline runs through all points; or, where they are noisy, it is a smoothing spline that misses
-them by their noise (Dierckx 1993, Curve and Surface Fitting with Splines, ch. 5).
+first column to the last, both by the chord length of the grid, mean over the lines across (de Boor 2001, ch. 17;
+not-a-knot ends). The spline passes through all points; or, where they are noisy, it is a smoothing spline whose
+distance from them is their noise (Dierckx 1993, Curve and Surface Fitting with Splines, ch. 5).
 
 Noise is estimated from differences of points along the normal: that of order k, over the root of the binomial
-coefficient (2k over k), has the variance of the noise; what is smooth falls with the order, what is noise stays.
+coefficient (2k over k), has the variance of the noise; smooth parts fall with the order, noise does not.
 
-Errors are along the normal, and 95 % of the flank are within. Through all points: a spline of every second point each
-way misses the others by 2^4 times as much as the whole one misses the flank, but for the noise. Smoothed: half of
-what two smoothing splines differ by, each of which sees every second point.
+Errors are along the normal, for 95 % of the flank. Interpolated: a spline of every second point each way misses the
+others by 2^4 times the error of the whole one, apart from the noise. Smoothed: half the difference of two smoothing
+splines, each through every second point.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from semiwear.untyped import Reals
 __all__ = ["LEAST_POINTS", "NOISY", "PointSurface", "cell_normals", "noise_of", "spline_cells"]
 
 LEAST_POINTS = 9
-"""Points each way of a grid: every second of them still makes a cubic."""
+"""Points each way of a grid, so that every second one still gives a cubic."""
 NOISY = 5e-5
-"""Noise [mm] from which a surface 10 mm high is smoothed, unless a scene says otherwise: less hardly shows."""
+"""Noise [mm] above which a surface 10 mm high is smoothed, unless a scene states otherwise: less hardly matters."""
 
 _ORDERS = (4, 5, 6, 7, 8)
 _ORDER = 4  # of a cubic spline
 _WITHIN = 0.95
-_USUAL_HEIGHT = 10.0  # mm, of the flank that `NOISY` is for
+_REFERENCE_HEIGHT = 10.0  # mm, of the flank that `NOISY` is for
 _BASE_DEGREE = 9
-_TARGET = 1.05  # of the noise, whose estimate scatters: a little less would be met by following the noise itself
+_TARGET = 1.05  # of the noise, whose estimate scatters: with less the spline would follow the noise
 
 
 def cell_normals(points: FloatArray) -> FloatArray:
@@ -53,7 +53,7 @@ def spline_cells(u: FloatArray, v: FloatArray, values: FloatArray) -> FloatArray
     Parameters
     ----------
     u, v : (P,), (F,) arrays
-        Growing parameters.
+        Rising parameters.
     values : (P, F, c) array
 
     Returns
@@ -67,7 +67,7 @@ def spline_cells(u: FloatArray, v: FloatArray, values: FloatArray) -> FloatArray
 
 
 def _chords(points: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Parameters 0 to 1 after the mean chord length along an axis, and the length of every line [mm]."""
+    """Parameters 0 to 1 by the mean chord length along an axis, and the length of every line [mm]."""
     steps = np.linalg.norm(np.diff(points, axis=axis), axis=-1)
     lengths = steps.sum(axis=axis)
     mean = np.mean(steps / np.expand_dims(lengths, axis), axis=1 - axis)
@@ -76,7 +76,7 @@ def _chords(points: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
 
 
 def noise_of(points: FloatArray) -> float:
-    """Root mean square of what is rough in a grid along its normal [mm]."""
+    """Root mean square of the noise of a grid along its normal [mm]."""
     normal = cell_normals(points)
     padded = np.pad(normal, ((1, 1), (1, 1), (0, 0)), mode="edge")
     normal = padded[1:, 1:] + padded[:-1, 1:] + padded[1:, :-1] + padded[:-1, :-1]
@@ -102,13 +102,13 @@ class PointSurface:
     u, v : (P,), (F,) arrays
         Parameters of rows and columns, 0 to 1.
     points : (P, F, 3) array [mm]
-        On the surface: those given, or where smoothing has put them.
+        Points on the surface: the given or the smoothed ones.
     noise : float [mm]
         Estimated noise of the points given.
     smoothing : float [mm]
-        Root mean square by which the surface misses the points given; 0 where it runs through all.
+        Root mean square distance of the surface from the given points; 0 if it passes through all.
     error : float [mm]
-        Estimated error along the normal; 95 % of the flank are within.
+        Estimated error along the normal, for 95 % of the flank.
     """
 
     u: FloatArray
@@ -129,23 +129,23 @@ class PointSurface:
         points : (P, F, 3) array [mm]
             At least `LEAST_POINTS` each way, distinct neighbours.
         face : (F,) array, optional
-            Growing coordinate of the columns, which is then the parameter v.
+            Rising coordinate of the columns, which is then the parameter v.
         smoothing : float [mm], optional
             Root mean square distance that the surface keeps from the points along its normal. Default: none, or their
             noise where they are noisy.
         """
         u, heights = _chords(points, 0)
         v = _chords(points, 1)[0] if face is None else (face - face[0]) / (face[-1] - face[0])
-        noise, felt = noise_of(points), _noisy(float(heights.mean()))
-        wanted = (noise if noise > felt else 0.0) if smoothing is None else smoothing
-        if wanted > 0.0:
-            smooth = _smoothed(u, v, points, wanted)
-            return cls(u, v, smooth, noise, wanted, _split_half_error(u, v, points, smooth, wanted))
-        return cls(u, v, points, noise, 0.0, _left_out_error(u, v, points, noise if noise > 1e-3 * felt else 0.0))
+        noise, limit = noise_of(points), _noisy(float(heights.mean()))
+        target = (noise if noise > limit else 0.0) if smoothing is None else smoothing
+        if target > 0.0:
+            smooth = _smoothed(u, v, points, target)
+            return cls(u, v, smooth, noise, target, _split_half_error(u, v, points, smooth, target))
+        return cls(u, v, points, noise, 0.0, _left_out_error(u, v, points, noise if noise > 1e-3 * limit else 0.0))
 
     @property
     def noisy(self) -> bool:
-        """Whether the points are so noisy that the surface is smoothed unless a scene says otherwise."""
+        """Whether the points are so noisy that the surface is smoothed unless a scene states otherwise."""
         return self.noise > _noisy(float(self.profile_lengths.mean()))
 
     @cached_property
@@ -166,8 +166,8 @@ class PointSurface:
 
 
 def _noisy(height: float) -> float:
-    """Noise from which a flank of some height is smoothed [mm]."""
-    return NOISY * height / _USUAL_HEIGHT
+    """Noise above which a flank of this height is smoothed [mm]."""
+    return NOISY * height / _REFERENCE_HEIGHT
 
 
 def _arc_lengths(parameter: FloatArray, points: FloatArray, axis: int) -> FloatArray:
@@ -181,9 +181,9 @@ def _arc_lengths(parameter: FloatArray, points: FloatArray, axis: int) -> FloatA
 
 
 def _smoothed(u: FloatArray, v: FloatArray, points: FloatArray, target: float) -> FloatArray:
-    """Where smoothing puts the points: off a smooth base surface by their smoothed distance along its normal.
+    """Smoothed points, at their smoothed distance from a base surface along its normal.
 
-    What is rough within the surface does no harm and is left out.
+    Noise within the surface has no effect and is left out.
     """
     base, normal = _base(u, v, points)
     distance = np.sum((points - base) * normal, axis=-1)
@@ -222,7 +222,7 @@ def _spline_at(u: FloatArray, v: FloatArray, values: FloatArray, at_u: FloatArra
 
 def _left_out_error(u: FloatArray, v: FloatArray, points: FloatArray, noise: float) -> float:
     """Error of the spline through all points [mm]."""
-    # with the last point, so that nothing is left beyond the ends
+    # with the last point, so that no point lies beyond the ends
     rows, columns = (np.unique(np.append(np.arange(0, size, 2), size - 1)) for size in points.shape[:2])
     coarse = _spline_at(u[rows], v[columns], points[np.ix_(rows, columns)], u, v)
     missed = np.abs(np.sum((coarse - points) * _normals(u, v, points), axis=-1))

@@ -1,4 +1,4 @@
-"""A transverse section of a tooth with its fillet and rim: what tooth compliance is computed from."""
+"""Section of a tooth with its fillet and rim, from which tooth compliance is computed."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class RingRim:
 
 @dataclass(frozen=True)
 class ToothSection:
-    """Half of a symmetric tooth, x >= 0 from its centre line (the y axis), y growing towards the tip.
+    """Half of a symmetric tooth, x >= 0 from its centre line (the y axis), y rising towards the tip.
 
     The loaded flank is this half; the other half is its mirror image. From the end of `fillet` the outline
-    goes on to the middle of the tooth space: straight (same y) for a rack, on the root circle for a ring.
+    continues to the middle of the tooth space: straight (same y) for a rack, on the root circle for a ring.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class ToothSection:
     fillet : (k, 2) array [mm]
         Outline from the end of the flank (same point) to the root.
     rim : RackRim or RingRim
-        What the tooth stands on.
+        Rim under the tooth.
     """
 
     flank: FloatArray

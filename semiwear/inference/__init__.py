@@ -1,4 +1,4 @@
-"""Inference: what worn flanks, measured wear and transmission error say of unknown fields of a scene."""
+"""Inference of unknown fields of a scene from worn flanks, measured wear and transmission error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fields that observations leave open: those of which they say nothing, and those that they tell only together."""
+"""Fields that observations do not determine: single ones, and pairs that are determined only in combination."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from semiwear.arrays import FloatArray
 from semiwear.inference.unknowns import Unknown
 from semiwear.scene.units import unit_of
 
-__all__ = ["not_told_apart"]
+__all__ = ["undetermined_fields"]
 
-_NOTHING = 0.8  # of the prior's standard deviation: little was learnt
+_UNLEARNT = 0.8  # of the prior's standard deviation: above it, little was learnt
 _TOGETHER = 0.8  # correlation
 _BLURRED = 3.0  # times as uncertain alone as together
 
 
-def not_told_apart(unknowns: Sequence[Unknown], values: FloatArray, shares: FloatArray) -> tuple[str, ...]:
-    """Sentences on fields that were not told, alone or apart from each other.
+def undetermined_fields(unknowns: Sequence[Unknown], values: FloatArray, shares: FloatArray) -> tuple[str, ...]:
+    """Sentences on fields that are not determined, singly or independently of each other.
 
     Parameters
     ----------
@@ -30,10 +30,10 @@ def not_told_apart(unknowns: Sequence[Unknown], values: FloatArray, shares: Floa
         Standard deviation of each over its prior's.
     """
     found = []
-    for one, share in zip(unknowns, shares, strict=True):
-        if share > _NOTHING:
-            found.append(f"{one.key}: hardly told; {100.0 * share:.0f} % of its prior's scatter is left")
-    scaled = [np.log(values[:, k]) if one.ratio else values[:, k] for k, one in enumerate(unknowns)]
+    for unknown, share in zip(unknowns, shares, strict=True):
+        if share > _UNLEARNT:
+            found.append(f"{unknown.key}: hardly determined; {100.0 * share:.0f} % of its prior's scatter is left")
+    scaled = [np.log(values[:, k]) if unknown.ratio else values[:, k] for k, unknown in enumerate(unknowns)]
     pairs = []
     for i, j in combinations(range(len(unknowns)), 2):
         correlation = float(np.corrcoef(scaled[i], scaled[j])[0, 1])
@@ -43,29 +43,29 @@ def not_told_apart(unknowns: Sequence[Unknown], values: FloatArray, shares: Floa
 
 
 def _sentence(first: Unknown, second: Unknown, a: FloatArray, b: FloatArray, correlation: float) -> str:
-    """A pair that is told together: the combination that is known best, and how well each is alone."""
+    """A correlated pair: the combination that is known best, and the uncertainty of each field alone."""
     alone = f"alone {first.name} is within {_spread(first, a)}, {second.name} within {_spread(second, b)}"
     if first.ratio and second.ratio:
         # the direction of least scatter, ln first + n ln second
         least = np.linalg.eigh(np.cov(a, b))[1][:, 0]
         power = float(least[1] / least[0])
         known = a + power * b
-        told = f"{first.name} x {second.name}^{power:.2f}"
+        combination = f"{first.name} x {second.name}^{power:.2f}"
         blurred = min(a.std(), b.std() * max(abs(power), 1.0)) > _BLURRED * known.std()
-        how = "cannot be told apart" if blurred else "are told better together than apart"
+        relation = "cannot be distinguished" if blurred else "are better determined together than singly"
         return (
-            f"{first.key} and {second.key} {how}: {told} is known within "
+            f"{first.key} and {second.key} {relation}: {combination} is known within "
             f"{100.0 * np.expm1(known.std()):.2g} %, {alone} (one standard deviation; correlation {correlation:+.2f})"
         )
     return (
-        f"{first.key} and {second.key} are told together rather than apart: their correlation is {correlation:+.2f}; "
+        f"{first.key} and {second.key} are determined together, not singly: their correlation is {correlation:+.2f}; "
         f"{alone} (one standard deviation)"
     )
 
 
-def _spread(one: Unknown, scaled: FloatArray) -> str:
-    """Standard deviation as a reader writes it."""
-    if one.ratio:
+def _spread(unknown: Unknown, scaled: FloatArray) -> str:
+    """Standard deviation in printed notation."""
+    if unknown.ratio:
         return f"{100.0 * np.expm1(scaled.std()):.2g} %"
-    units = unit_of(one.key)
+    units = unit_of(unknown.key)
     return f"{scaled.std():.2g}{'' if units == '1' else f' {units}'}"

@@ -85,14 +85,14 @@ _NAMES = ("unknown", "life_um", "life_body", "k_scatter", *_OPTIONS, *_KINDS)
 def run_inference(
     study: str, output: str, *, workers: int | None, store: str | None, report: str | None, progress: Progress
 ) -> str:
-    """Infer the unknown fields of a study file and write the draws, and a page if one is asked for; the summary.
+    """Infer the unknown fields of a study file, write the draws and the page if requested; returns the summary.
 
     Raises
     ------
     SceneError
-        With all that is wrong with the file, the scene and the options, before anything runs.
+        With all faults of the file, the scene and the options, before anything runs.
     MissingExtraError
-        emcee or scikit-learn is missing, or matplotlib where a report is asked for.
+        emcee or scikit-learn is missing, or matplotlib if a report is requested.
     """
     problems = target_problems("-o", output, sweep_target)
     problems += target_problems("--report", report, partial(file_target, endings=PAGES))
@@ -110,26 +110,26 @@ def run_inference(
         raise SceneError(problems, study)
     _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
     if report is not None:
-        with styled():  # asks for the extra before anything runs
+        with styled():  # requires the extra before anything runs
             pass
     try:
         found = infer(read.scene, unknown, observed, crew=workers, store=store, progress=progress, **options)
     except SceneError as error:
         raise SceneError(_named(error.problems, list(given)), study) from None
-    write_sweep(found.to_dataset(), output)  # before the lives, of which one may be out of reach
+    write_sweep(found.to_dataset(), output)  # before the lives, which may fail
     try:
-        told = [found.life(depth, crew=workers, store=store, progress=progress, **lives) for depth in _depths(read)]
+        solved = [found.life(depth, crew=workers, store=store, progress=progress, **lives) for depth in _depths(read)]
     except SemiwearError as error:
         raise SemiwearError(f"{error}; the draws are in {output}") from error
-    return "\n".join(_lines(found, observed, told, output, report))
+    return "\n".join(_lines(found, observed, solved, output, report))
 
 
 def _lines(
-    found: Posterior, observed: Sequence[Observation], told: Sequence[PosteriorLife], output: str, report: str | None
+    found: Posterior, observed: Sequence[Observation], lives: Sequence[PosteriorLife], output: str, report: str | None
 ) -> list[str]:
-    lines = [str(found), *([""] if told else []), *map(str, told), "", f"draws: {output}"]
+    lines = [str(found), *([""] if lives else []), *map(str, lives), "", f"draws: {output}"]
     if report is not None:
-        lines.append(f"report: {write_posterior_report(found, observed, report, simulate, told)}")
+        lines.append(f"report: {write_posterior_report(found, observed, report, simulate, lives)}")
     return lines
 
 
@@ -145,7 +145,7 @@ def _unknown(read: Study, problems: list[Problem]) -> Table:
 def _further_problems(
     read: Study, unknown: Table, given: dict[str, Observation], options: Table
 ) -> Sequence[Problem]:
-    """Problems that an inference finds in as much of the file as can be read."""
+    """Problems that an inference finds in the readable part of the file."""
     if not unknown:
         return []
     try:
@@ -157,7 +157,7 @@ def _further_problems(
 
 
 def _named(problems: Sequence[Problem], entries: Sequence[str]) -> list[Problem]:
-    """Problems with observations, by the names that the study file has for these."""
+    """Problems with observations, by their names in the study file."""
     found = []
     for problem in problems:
         head, _, rest = problem.field.partition(".")
@@ -177,17 +177,17 @@ def _listed(given: Value) -> list[Value]:
 
 
 def _lives(read: Study, problems: list[Problem]) -> Table:
-    """Options of `Posterior.life`; problems with what the file says of lives."""
+    """Options of `Posterior.life`; adds problems with the file's entries on lives."""
     found = {
         name: read.tables[key]
         for name, key in (("body", "life_body"), ("k_scatter", "k_scatter"))
         if key in read.tables
     }
-    wrong = [one for depth in _depths(read) for one in _life_problems(read, depth, found.get("body", "gear"))]
-    problems += [one for k, one in enumerate(wrong) if one not in wrong[:k]]
+    wrong = [fault for depth in _depths(read) for fault in _life_problems(read, depth, found.get("body", "gear"))]
+    problems += [fault for k, fault in enumerate(wrong) if fault not in wrong[:k]]
     scatter = found.get("k_scatter", 0.0)
     if not is_number(scatter) or not 0.0 <= scatter <= MOST_SCATTER:
-        problems.append(Problem("k_scatter", shown(scatter), f"a share, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
+        problems.append(Problem("k_scatter", shown(scatter), f"a fraction, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
     return found
 
 
@@ -195,12 +195,12 @@ def _life_problems(read: Study, depth: Value, body: Value) -> list[Problem]:
     """Problems with a life until a depth [um] of a body, by the rules of [effects.run_life]."""
     table = "effects.run_life"
     if read.scene.wear is None:
-        return []  # told of the scene
+        return []  # reported with the scene
     try:
         read.scene.replace({table: {"depth_limit_um": depth, "body": body}, "numerics.accuracy": None}).to_dict()
     except SceneError as error:
         names = {f"{table}.depth_limit_um": "life_um", f"{table}.body": "life_body"}
-        return [replace(one, field=names.get(one.field, one.field)) for one in error.problems]
+        return [replace(fault, field=names.get(fault.field, fault.field)) for fault in error.problems]
     return []
 
 
@@ -211,37 +211,35 @@ def _observations(read: Study, problems: list[Problem]) -> dict[str, Observation
         for name, kind in _KINDS.items()
         for k, table in enumerate(_listed(read.tables.get(name, [])))
     ]
-    found = {
-        f"{place[0]}[{place[1]}]": _observation(read, kind, table, place, problems) for kind, table, place in tables
-    }
-    return {name: one for name, one in found.items() if one is not None}
+    found = {f"{at[0]}[{at[1]}]": _observation(read, kind, table, at, problems) for kind, table, at in tables}
+    return {name: observed for name, observed in found.items() if observed is not None}
 
 
 def _observation(
-    read: Study, kind: type[Observation], table: Value, place: tuple[str, int], problems: list[Problem]
+    read: Study, kind: type[Observation], table: Value, position: tuple[str, int], problems: list[Problem]
 ) -> Observation | None:
-    name, field = place[0], f"{place[0]}[{place[1]}]"
+    name, field = position[0], f"{position[0]}[{position[1]}]"
     if not isinstance(table, Mapping):
         problems.append(Problem(field, shown(table), "a table", f"write the header [[{name}]] above its fields"))
         return None
     given = _with_files(read.path.parent, dict(table), name in _TABLED, field, problems)
     if given is None:
         return None
-    names = [one.name for one in fields(kind)]
+    names = [entry.name for entry in fields(kind)]
     wrong = []
     for key in given:
         if key not in names:
             meant = closest(key, names)
             fix = f"did you mean {meant}?" if meant else "remove it"
             wrong.append(Problem(f"{field}.{key}", shown(given[key]), ", ".join(names), fix))
-    needed = [one.name for one in fields(kind) if one.default is MISSING and one.name not in given]
+    needed = [entry.name for entry in fields(kind) if entry.default is MISSING and entry.name not in given]
     wrong += [Problem(f"{field}.{key}", None, "given", "see docs/inference.md") for key in needed]
     problems += wrong
     return None if wrong else kind(**given)
 
 
 def _with_files(folder: Path, table: Table, tabled: bool, field: str, problems: list[Problem]) -> Table | None:
-    """An observation's table with paths beside the study, and the columns of its file; None if they cannot be had."""
+    """An observation's table with paths beside the study, and its file's columns; None if these cannot be read."""
     named = [*_FILES, *(("file",) if tabled else ())]
     fix = "name one file, beside the study"
     wrong = [
@@ -274,7 +272,7 @@ def _columns(path: Path) -> dict[str, np.ndarray]:
     Raises
     ------
     OSError, ValueError, csv.Error
-        Saying what is wrong.
+        With the fault.
     """
     rows = rows_of(path.read_text(encoding="utf-8-sig"))
     if len(rows) < 2:
@@ -300,11 +298,11 @@ def _is_finite(cell: str) -> bool:
 
 def _require_apart(read: Study, outputs: dict[str, str], observed: Sequence[Observation]) -> None:
     inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
-    for k, one in enumerate(observed):
-        if isinstance(one, WornFlank):
+    for k, observation in enumerate(observed):
+        if isinstance(observation, WornFlank):
             inputs |= {
                 f"{name} of worn_flank[{k}]": str(value)
-                for name, value in (("measured", one.measured), ("before", one.before))
+                for name, value in (("measured", observation.measured), ("before", observation.before))
                 if value is not None
             }
     if read.scene_name not in shipped_scenes():

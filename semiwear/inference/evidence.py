@@ -1,19 +1,19 @@
 """Likelihood of the amounts of some shapes, from measured values whose noise is known or not.
 
-Measured, y = B b + D a + e: B the shapes that predictions are made of, b their amounts, D the movements that a datum
-leaves open, a theirs, e the noise, normal. All that y says of b is a likelihood of b.
+Measured, y = B b + D a + e: B the shapes of predictions, b their amounts, D the movements that a datum leaves open, a
+theirs, e the noise, normal. The information of y on b is a likelihood of b.
 
-Noise that is known, of a standard uncertainty: a normal distribution of b about its least squares.
+Known noise, with a standard uncertainty: a normal distribution of b about its least squares.
 
-Noise of a measured flank is not known, and alike at neighbouring points: its covariance is s^2 R, R the nugget and
+Noise of a measured flank is unknown, and correlated at neighbouring points: its covariance is s^2 R, R the nugget and
 exponential of `semiwear.measured.correlated` with a share c and two lengths. With flat priors of a and ln s,
 
     p(y | b) = integral over (c, A, B) of  p(c, A, B | y) t_v(b; b', s'^2 (B'R^-1 B - ...)^-1)
 
 t_v Student's t of v degrees of freedom about the generalised least squares b' (a eliminated), and p(c, A, B | y) the
-likelihood of what no shape and no movement can make (restricted maximum likelihood: Patterson and Thompson 1971,
+likelihood of the part that is neither shape nor movement (restricted maximum likelihood: Patterson and Thompson 1971,
 Biometrika 58, 545-554; Harville 1974, ibid. 61, 383-385) times a prior that is flat in c and in ln A, ln B. The
-integral is exact but for the draws that stand for it: importance samples from Student's t, first about the maximum
+integral is approximated by draws only: importance samples from Student's t, first about the maximum
 (Geweke 1989, Econometrica 57, 1317-1339), then about the draws themselves. On a grid without holes R is a Kronecker
 product, so that each draw costs two small eigenvalue problems.
 """
@@ -35,16 +35,16 @@ from semiwear.untyped import Value
 __all__ = ["Evidence", "FlankNoise", "known_noise", "unknown_noise"]
 
 
-_Told = tuple[float, FloatArray, FloatArray, float]
-_DRAWS, _ROUNDS = 200, 6  # draws at a time, and how often at most
-_WIDER = 4.0  # times the variance that is known: the ends of a density weigh more than draws within it tell
-_ENOUGH, _LEAST_EFFECTIVE = 60.0, 20.0  # effective draws: to end with, and to learn a covariance from
+_Conditional = tuple[float, FloatArray, FloatArray, float]
+_DRAWS, _ROUNDS = 200, 6  # draws at a time, and most rounds
+_WIDER = 4.0  # times the known variance: the tails of a density have more weight than draws within it show
+_ENOUGH, _LEAST_EFFECTIVE = 60.0, 20.0  # effective draws: to end with, and for a covariance
 _TAIL = 5.0  # degrees of freedom of the draws
 _NEGLIGIBLE = 1e-4  # of the weight
 _STEP = 0.05  # of differences, in logits
 _WIDEST = 25.0  # variance of a logit, at most
 SHORTEST, LONGEST = 0.2, 0.5
-"""Correlation lengths that can be told: shares of a step and of the extent of the grid."""
+"""Correlation lengths that can be determined: fractions of a step and of the extent of the grid."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ class Evidence:
     freedom : float
         Degrees of freedom; infinite for normal distributions.
     deviation : float
-        Standard deviation of the noise, most likely.
+        Most likely standard deviation of the noise.
     rest : float
-        Of noise that is known: weighted squares of what no shape and no movement can make.
-    told : int
-        Of noise that is known: values less movements; 0 where it is not known.
+        For known noise: weighted squares of the part that is neither shape nor movement.
+    count : int
+        For known noise: number of values less movements; 0 for unknown noise.
     """
 
     log_weights: FloatArray
@@ -72,26 +72,26 @@ class Evidence:
     freedom: float
     deviation: float
     rest: float = 0.0
-    told: int = 0
+    count: int = 0
 
     def widened(self, covariance: FloatArray) -> Evidence:
-        """The same where predicted amounts have errors of their own, with a covariance (shapes, shapes)."""
-        one = np.eye(covariance.shape[0])
-        precisions = np.asarray(np.linalg.solve(one + self.precisions @ covariance, self.precisions), float)
+        """The same with errors of the predicted amounts, of a covariance (shapes, shapes)."""
+        identity = np.eye(covariance.shape[0])
+        precisions = np.asarray(np.linalg.solve(identity + self.precisions @ covariance, self.precisions), float)
         return replace(self, precisions=precisions)
 
     def misfit(self, amounts: FloatArray) -> float:
-        """How far amounts (shapes,) are from what was observed, over what noise makes on the average.
+        """Distance of amounts (shapes,) from the observation, over the mean effect of noise.
 
-        Where the noise is known, with all that no shape can make; else that is noise.
+        For known noise it includes the part that is no shape; otherwise that part is noise.
         """
         likeliest = int(np.argmax(self.log_weights))
         apart = amounts - self.centres[likeliest]
         squares = float(apart @ self.precisions[likeliest] @ apart) + self.rest
-        return sqrt(squares / (self.told or apart.size))
+        return sqrt(squares / (self.count or apart.size))
 
     def log_likelihood(self, amounts: FloatArray) -> FloatArray:
-        """Logarithm of the likelihood, but for a constant, of amounts (points, shapes): (points,)."""
+        """Logarithm of the likelihood, up to a constant, of amounts (points, shapes): (points,)."""
         # (v - c)' P (v - c) of every draw, as v'Pv - 2 v'Pc + c'Pc: one product for all points
         about = amounts - self._middle
         products = np.einsum("pi,pj->pij", about, about).reshape(about.shape[0], -1)
@@ -115,16 +115,16 @@ class Evidence:
     @cached_property
     def _expanded(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Coefficients of the squares about the mean centre: (shapes^2, draws), (shapes, draws), (draws,)."""
-        away = self.centres - self._middle
-        linear = np.einsum("dij,dj->id", self.precisions, away)
-        constant = np.einsum("di,id->d", away, linear)
-        return self.precisions.reshape(away.shape[0], -1).T.copy(), -2.0 * linear, constant
+        offset = self.centres - self._middle
+        linear = np.einsum("dij,dj->id", self.precisions, offset)
+        constant = np.einsum("di,id->d", offset, linear)
+        return self.precisions.reshape(offset.shape[0], -1).T.copy(), -2.0 * linear, constant
 
     @property
     def precision(self) -> FloatArray:
         """Mean precision, (shapes, shapes)."""
-        shares = np.exp(self.log_weights - logsumexp(self.log_weights))
-        return np.asarray(np.einsum("d,dij->ij", shares, self.precisions))
+        fractions = np.exp(self.log_weights - logsumexp(self.log_weights))
+        return np.asarray(np.einsum("d,dij->ij", fractions, self.precisions))
 
 
 def known_noise(values: FloatArray, shapes: FloatArray, movements: FloatArray, error: FloatArray) -> Evidence:
@@ -138,8 +138,8 @@ def known_noise(values: FloatArray, shapes: FloatArray, movements: FloatArray, e
     """
     weight = 1.0 / error**2
     centre, precision, rest = _eliminated(weight, values, shapes, movements)
-    deviation, told = float(np.median(error)), values.size - movements.shape[1]
-    return Evidence(np.zeros(1), centre[None], precision[None], float("inf"), deviation, rest, told)
+    deviation, count = float(np.median(error)), values.size - movements.shape[1]
+    return Evidence(np.zeros(1), centre[None], precision[None], float("inf"), deviation, rest, count)
 
 
 def _eliminated(
@@ -169,7 +169,7 @@ def _eliminated(
 
 @dataclass(frozen=True)
 class FlankNoise:
-    """A measured flank on a grid without holes, as its noise is told.
+    """A measured flank on a grid without holes, from which its noise is estimated.
 
     Attributes
     ----------
@@ -188,7 +188,7 @@ class FlankNoise:
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
         """Logarithms of the shortest and the longest correlation length along both directions, (2,)."""
-        extents = np.array([float(np.ptp(one)) for one in (self.profile, self.face)])
+        extents = np.array([float(np.ptp(places)) for places in (self.profile, self.face)])
         steps = extents / np.array([self.profile.size - 1, self.face.size - 1])
         return np.log(SHORTEST * steps), np.log(LONGEST * extents)
 
@@ -197,13 +197,13 @@ class FlankNoise:
         low, high = self.limits()
         return float(expit(logits[0])), np.exp(low + (high - low) * expit(logits[1:]))
 
-    def told(self, logits: FloatArray) -> _Told:
-        """Logarithm of the density of noise parameters given the measurement, and what they say of the amounts.
+    def conditional(self, logits: FloatArray) -> _Conditional:
+        """Log density of noise parameters given the measurement, and the distribution of the amounts given both.
 
         Returns
         -------
         log_density : float
-            But for a constant, in the logits.
+            Up to a constant, in the logits.
         centre : (shapes,) array
         precision : (shapes, shapes) array
             For unit deviation.
@@ -234,27 +234,27 @@ class FlankNoise:
 
 
 def unknown_noise(flank: FlankNoise, seed: int = 0) -> Evidence:
-    """Evidence of a measured flank whose noise is correlated and not known."""
+    """Evidence of a measured flank whose noise is correlated and unknown."""
     known: dict[bytes, float] = {}
 
     def against(logits: FloatArray) -> float:
         key = logits.tobytes()
         if key not in known:
-            known[key] = -flank.told(np.clip(logits, -15.0, 15.0))[0]
+            known[key] = -flank.conditional(np.clip(logits, -15.0, 15.0))[0]
         return known[key]
 
-    starts = [np.array([share, length, length]) for share in (0.0, 2.0) for length in (-0.5, 1.0)]
+    starts = [np.array([logit, length, length]) for logit in (0.0, 2.0) for length in (-0.5, 1.0)]
     best = minimize(
         against, min(starts, key=against), method="Nelder-Mead", options={"maxfev": 200, "xatol": 0.02, "fatol": 0.02}
     ).x
-    told, weights = _draws_about(flank, best, _spread(against, best), np.random.default_rng(seed))
+    conditionals, weights = _draws_about(flank, best, _spread(against, best), np.random.default_rng(seed))
     kept = np.flatnonzero(weights > weights.max() + np.log(_NEGLIGIBLE))
-    deviations = np.array([told[k][3] for k in kept])
+    deviations = np.array([conditionals[k][3] for k in kept])
     freedom = flank.values.size - flank.shapes.shape[-1] - flank.movements.shape[-1]
-    precisions = np.stack([told[k][2] for k in kept]) / deviations[:, None, None] ** 2
+    precisions = np.stack([conditionals[k][2] for k in kept]) / deviations[:, None, None] ** 2
     return Evidence(
         weights[kept],
-        np.stack([told[k][1] for k in kept]),
+        np.stack([conditionals[k][1] for k in kept]),
         precisions,
         float(freedom),
         float(np.exp(weights[kept] - logsumexp(weights[kept])) @ deviations),
@@ -263,43 +263,43 @@ def unknown_noise(flank: FlankNoise, seed: int = 0) -> Evidence:
 
 def _draws_about(
     flank: FlankNoise, best: FloatArray, spread: FloatArray, random: np.random.Generator
-) -> tuple[list[_Told], FloatArray]:
-    """Draws of the noise parameters, as `FlankNoise.told` tells them, and logarithms of their weights.
+) -> tuple[list[_Conditional], FloatArray]:
+    """Draws of the noise parameters, with their `FlankNoise.conditional`, and logarithms of their weights.
 
-    A density far from normal, as where a length or the share that is alike can hardly be told, is wider than its
-    curvature at the maximum says, and draws about that are few effective ones. More are drawn about the mean and
+    A density far from normal, as when a length or the correlated fraction can hardly be determined, is wider than its
+    curvature at the maximum suggests, and few draws about that are effective. More are drawn about the mean and
     covariance of the weighted ones, and each is weighted by the density of all proposals together (Cornuet et al.
     2012, Scand. J. Stat. 39, 798-812).
     """
     middle, spread, proposals = best, _WIDER * spread, list[Value]()
-    drawn, told = np.zeros((0, best.size)), list[_Told]()
+    drawn, conditionals = np.zeros((0, best.size)), list[_Conditional]()
     while True:
         proposals.append(multivariate_t(middle, spread, df=_TAIL, seed=random))
         more = np.atleast_2d(proposals[-1].rvs(_DRAWS))
-        told += [flank.told(np.clip(one, -15.0, 15.0)) for one in more]
+        conditionals += [flank.conditional(np.clip(logits, -15.0, 15.0)) for logits in more]
         drawn = np.concatenate([drawn, more])
-        proposed = logsumexp([one.logpdf(drawn) for one in proposals], axis=0)
-        weights = np.array([one[0] for one in told]) - proposed
+        proposed = logsumexp([proposal.logpdf(drawn) for proposal in proposals], axis=0)
+        weights = np.array([conditional[0] for conditional in conditionals]) - proposed
         weights -= logsumexp(weights)
         if len(proposals) > 1 and (_effective(weights) >= _ENOUGH or len(proposals) == _ROUNDS):
-            return told, weights
-        # of a few heavy draws alone there is no covariance: weights are evened out until there is
+            return conditionals, weights
+        # a few heavy draws give no covariance: weights are evened out until they do
         even = weights
         while _effective(even) < _LEAST_EFFECTIVE:
             even = 0.5 * even
             even -= logsumexp(even)
-        share = np.exp(even)
-        middle = share @ drawn
-        spread = _WIDER * (drawn - middle).T @ (share[:, None] * (drawn - middle)) + _STEP**2 * np.eye(best.size)
+        fraction = np.exp(even)
+        middle = fraction @ drawn
+        spread = _WIDER * (drawn - middle).T @ (fraction[:, None] * (drawn - middle)) + _STEP**2 * np.eye(best.size)
 
 
 def _effective(log_weights: FloatArray) -> float:
-    """Draws of equal weight that would tell as much; the weights sum up to one."""
+    """Equivalent number of draws of equal weight; the weights sum to one."""
     return float(np.exp(-logsumexp(2.0 * log_weights)))
 
 
 def _spread(function, at: FloatArray) -> FloatArray:  # type: ignore[no-untyped-def]
-    """Covariance of draws: the inverse of the curvature at a minimum, no wider than can matter."""
+    """Covariance of draws: the inverse of the curvature at a minimum, limited in width."""
     count = at.size
     curvature = np.empty((count, count))
     unit = _STEP * np.eye(count)

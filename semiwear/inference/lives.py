@@ -34,7 +34,7 @@ _SPEED = "operation.pinion_speed_rpm"
 
 @dataclass(frozen=True)
 class PosteriorLife:
-    """Life until a depth of wear, with what a posterior leaves open.
+    """Life until a depth of wear, with the scatter of a posterior.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class PosteriorLife:
     meshes : array (draw,)
         Engagements of one gear tooth.
     error : float
-        Of emulated lives, relative; 95 % of solved ones are within it. 0 where none was emulated.
+        Of emulated lives, relative; 95 % of solved ones are within it. 0 if none was emulated.
     k_scatter : float
-        Coefficient of variation of the wear coefficient from part to part that is in it.
+        Coefficient of variation of the wear coefficient from part to part, included in the life.
     hours_per_mesh : array (draw,) or None
         Running time, at the speed of each draw; None where the scene gives no speed.
     """
@@ -63,7 +63,7 @@ class PosteriorLife:
         Raises
         ------
         SceneError
-            For a share not between 0 and 1.
+            For a probability not between 0 and 1.
         """
         require_share(share)
         return float(np.quantile(self.meshes, share))
@@ -74,29 +74,29 @@ class PosteriorLife:
         Raises
         ------
         SceneError
-            For a share not between 0 and 1.
+            For a probability not between 0 and 1.
         """
         require_share(share)
         return None if self.hours_per_mesh is None else float(np.quantile(self.meshes * self.hours_per_mesh, share))
 
     def __str__(self) -> str:
-        told = quantiles_told(self.quantile, self.hours)
+        quantiles = quantiles_told(self.quantile, self.hours)
         error = f"; emulated lives are within {100.0 * self.error:.2g} %" if self.error else ""
         scatter = (
             f"; k scatters by {100.0 * self.k_scatter:.0f} % from part to part"
             if self.k_scatter
             else "; of this pair, without the scatter from part to part"
         )
-        return folded(f"life of the {self.body} until {self.depth_limit:g} um: {told}{scatter}{error}")
+        return folded(f"life of the {self.body} until {self.depth_limit:g} um: {quantiles}{scatter}{error}")
 
 
 def life_of(
     scene: Scene,
     unknowns: Unknowns,
     normal: FloatArray,
-    asked: tuple[float, str, float, int],
+    request: tuple[float, str, float, int],
     *,
-    places: tuple[int | str | Client | None, str | os.PathLike[str] | None, Progress | bool | None],
+    where: tuple[int | str | Client | None, str | os.PathLike[str] | None, Progress | bool | None],
 ) -> PosteriorLife:
     """Lives at the draws of a posterior.
 
@@ -106,9 +106,9 @@ def life_of(
     unknowns : Unknowns
     normal : array (draw, unknown)
         Standard normal under the prior.
-    asked : (float, str, float, int)
+    request : (float, str, float, int)
         Depth [um], body, scatter of the wear coefficient, and number of lives that are solved.
-    places : tuple
+    where : tuple
         `crew`, `store` and `progress` of `Posterior.life`.
 
     Raises
@@ -116,13 +116,13 @@ def life_of(
     SceneError, SemiwearError
         As of `Posterior.life`.
     """
-    depth, body, k_scatter, runs = asked
+    depth, body, k_scatter, runs = request
     _require(k_scatter, runs)
     values = unknowns.values(normal)
     chosen = np.linspace(0, values.shape[0] - 1, runs).round().astype(int) if unknowns.solved else np.zeros(1, int)
     table: dict[str, list[float]] = {unknowns.keys[k]: values[chosen, k].tolist() for k in unknowns.solved}
     changes = {"effects.run_life": {"depth_limit_um": depth, "body": body}, "numerics.accuracy": None}
-    crew, store, progress = places
+    crew, store, progress = where
     workers, client = crew_of(crew)
     found = sweep(
         scene.replace(changes), table or {"effects.run_life.depth_limit_um": [depth]}, measure="life", combine="zip",
@@ -130,7 +130,7 @@ def life_of(
     )  # fmt: skip
     good = found["status"].values == Status.DONE
     if good.mean() < 0.9:
-        reasons = "; ".join(dict.fromkeys(str(one) for one in found["message"].values[~good]))
+        reasons = "; ".join(dict.fromkeys(str(message) for message in found["message"].values[~good]))
         raise SemiwearError(f"{int((~good).sum())} of {good.size} lives cannot be found: {reasons}")
     lives = found["meshes_to_limit"].values[good]
     logs, error = np.full(values.shape[0], log(lives[0])), 0.0
@@ -145,24 +145,24 @@ def life_of(
         first = int(chosen[good][0])
         per_mesh = found["hours_to_limit"].values[good][0] / lives[0] * _slower(unknowns, values, first)
     parts = np.random.default_rng(0).standard_normal(values.shape[0])
-    # the measured pair is one of those that scatter, and the next one another
+    # both the measured pair and the next one are samples of the scatter
     scatter = sqrt(2.0) * log_deviation(k_scatter) * parts
     meshes = np.exp(logs + scatter) / unknowns.stretch(values)
     return PosteriorLife(body, float(depth), meshes, error, float(k_scatter), per_mesh)
 
 
-def _slower(unknowns: Unknowns, values: FloatArray, one: int) -> FloatArray:
-    """Speed of one draw over those of all, (draw,): how much longer a mesh takes there."""
+def _slower(unknowns: Unknowns, values: FloatArray, draw: int) -> FloatArray:
+    """Speed of one draw over those of all, (draw,): the ratio of the durations of a mesh."""
     if _SPEED not in unknowns.keys:
         return np.ones(values.shape[0])
     speed = values[:, unknowns.keys.index(_SPEED)]
-    return np.asarray(speed[one] / speed)
+    return np.asarray(speed[draw] / speed)
 
 
 def _require(k_scatter: Value, runs: Value) -> None:
     problems = []
     if not is_number(k_scatter) or not 0.0 <= k_scatter <= MOST_SCATTER:
-        problems.append(Problem("k_scatter", shown(k_scatter), f"a share, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
+        problems.append(Problem("k_scatter", shown(k_scatter), f"a fraction, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
     if not is_whole(runs) or not LEAST_RUNS <= runs <= _MOST_RUNS:
         problems.append(Problem("runs", shown(runs), f"a whole number, {LEAST_RUNS} to {_MOST_RUNS}", "32 is usual"))
     if problems:

@@ -1,11 +1,11 @@
-"""Predictions of what was observed, as functions of the unknown fields and of the wear coefficient.
+"""Predictions of observations, as functions of the unknown fields and of the wear coefficient.
 
-Wear knows the wear coefficient k only times the meshes N: one run at a fixed k over growing meshes holds the
-prediction for every k N. So runs are made at values of the other fields alone, and each gives all wear states. Over
-the wear states predictions are interpolated by cubic splines. Over the fields they are emulated: predicted values of
-an observation are sums of a few shapes (singular value decomposition, what a datum can make taken out), the amounts
-of all observations in all wear states together sums of a few components, and each component is a Gaussian process
-(Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570-583).
+Wear depends on the product of the wear coefficient k and the meshes N: one run at a fixed k over rising meshes gives
+the prediction for every k N. So runs are made at values of the other fields only, and each gives all wear states.
+Over the wear states predictions are interpolated by cubic splines. Over the fields they are emulated: predicted
+values of an observation are sums of a few shapes (singular value decomposition, without the movements of a datum),
+the amounts of all observations in all wear states are sums of a few components, and each component is a Gaussian
+process (Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570-583).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["Model", "Runs", "model_of"]
 
 
 _MOST_SHAPES, _MOST_COMPONENTS = 12, 16
-_LEFT = 1e-3  # of the root mean square: what shapes may leave of predictions
+_LEFT = 1e-3  # of the root mean square: remainder of predictions beside the shapes
 _LEFT_OF_AMOUNTS = 3e-4
 
 
@@ -64,11 +64,11 @@ class Model:
     shapes : tuple of (places, shapes) arrays
         One for each channel, orthonormal.
     emulators : tuple of Emulator
-        One a component; empty where a single run tells everything.
+        One for each component; empty if a single run determines everything.
     components : (components, states * amounts) array
     mean : (states * amounts,) array
     left_out : (run, state, amounts) array
-        True less emulated amounts, each run left out.
+        True less emulated amounts, with each run left out in turn.
     """
 
     runs: Runs
@@ -80,8 +80,8 @@ class Model:
 
     @cached_property
     def parts(self) -> list[slice]:
-        """Where each channel's amounts lie among all."""
-        ends = np.cumsum([0, *(one.shape[1] for one in self.shapes)])
+        """Slice of each channel's amounts among all."""
+        ends = np.cumsum([0, *(basis.shape[1] for basis in self.shapes)])
         return [slice(int(low), int(high)) for low, high in pairwise(ends)]
 
     def amounts(self, inputs: FloatArray, meshes: FloatArray) -> list[FloatArray]:
@@ -98,18 +98,18 @@ class Model:
         list of (point, shapes) arrays
         """
         if self.emulators:
-            scores = np.stack([one.at(inputs) for one in self.emulators], axis=1)
+            scores = np.stack([emulator.at(inputs) for emulator in self.emulators], axis=1)
             whole = self.mean + scores @ self.components
         else:
             whole = np.broadcast_to(self.mean, (inputs.shape[0], self.mean.size))
         states = whole.reshape(inputs.shape[0], self.runs.levels.size, -1)
         return [
-            np.asarray(np.einsum("ps,psa->pa", self.shares(meshes[:, k]), states[..., part]))
+            np.asarray(np.einsum("ps,psa->pa", self.weights(meshes[:, k]), states[..., part]))
             for k, part in enumerate(self.parts)
         ]
 
-    def shares(self, meshes: FloatArray) -> FloatArray:
-        """Shares of all wear states in the interpolated one, (point, state)."""
+    def weights(self, meshes: FloatArray) -> FloatArray:
+        """Interpolation weights of all wear states, (point, state)."""
         if self.runs.levels.size == 1:
             return np.ones((np.size(meshes), 1))
         return np.asarray(self._spline(meshes))
@@ -125,7 +125,7 @@ class Model:
             Runs that count.
         """
         left = self.left_out if near is None else self.left_out[near]
-        apart = np.einsum("s,rsa->ra", self.shares(np.array([meshes]))[0], left[..., self.parts[channel]])
+        apart = np.einsum("s,rsa->ra", self.weights(np.array([meshes]))[0], left[..., self.parts[channel]])
         return np.asarray(apart.T @ apart / max(apart.shape[0], 1))
 
     @cached_property
@@ -134,8 +134,8 @@ class Model:
 
 
 def model_of(runs: Runs, channels: Sequence[Channel]) -> Model:
-    """The model that runs tell."""
-    shapes = tuple(_shapes(values, one.movements) for values, one in zip(runs.values, channels, strict=True))
+    """The model from runs."""
+    shapes = tuple(_shapes(values, channel.movements) for values, channel in zip(runs.values, channels, strict=True))
     amounts = np.concatenate([values @ basis for values, basis in zip(runs.values, shapes, strict=True)], axis=-1)
     count = runs.inputs.shape[0]
     flat = amounts.reshape(count, -1)
@@ -149,14 +149,14 @@ def model_of(runs: Runs, channels: Sequence[Channel]) -> Model:
     components = components[:kept]
     scores = ((flat - mean) / scale) @ components.T
     emulators = tuple(emulator_of(runs.inputs, scores[:, k]) for k in range(kept))
-    left = np.stack([one.left_out for one in emulators], axis=1)
+    left = np.stack([emulator.left_out for emulator in emulators], axis=1)
     beyond = flat - mean - (scores @ components) * scale
     left_out = (left @ components) * scale + beyond
     return Model(runs, shapes, emulators, components * scale, mean, left_out.reshape(amounts.shape))
 
 
 def _shapes(values: FloatArray, movements: FloatArray) -> FloatArray:
-    """Shapes that predictions are made of, beside what a datum can make: (places, shapes)."""
+    """Shapes of predictions, orthogonal to the movements of a datum: (places, shapes)."""
     flat = values.reshape(-1, values.shape[-1])
     if movements.shape[1]:
         basis = np.linalg.qr(movements)[0]
@@ -166,7 +166,7 @@ def _shapes(values: FloatArray, movements: FloatArray) -> FloatArray:
 
 
 def _count(sizes: FloatArray, left: float, whole: float) -> int:
-    """Number of singular values that leave so much of a sum of squares."""
+    """Number of singular values that leave the fraction `left` squared of a sum of squares."""
     beyond = np.append(np.cumsum(sizes[::-1] ** 2)[::-1], 0.0)
     return max(int(np.argmax(beyond <= left**2 * whole)), 1)
 
@@ -175,8 +175,8 @@ def _scales(amounts: FloatArray, shapes: Sequence[FloatArray]) -> FloatArray:
     """Root mean square of each channel's amounts, for every state and amount."""
     scale = np.empty(amounts.shape[1:])
     low = 0
-    for one in shapes:
-        part = slice(low, low + one.shape[1])
+    for basis in shapes:
+        part = slice(low, low + basis.shape[1])
         spread = amounts[..., part] - amounts[..., part].mean(axis=0)
         size = np.sqrt(np.mean(np.sum(spread**2, axis=-1)))
         scale[:, part] = size if size > 0.0 else 1.0

@@ -1,4 +1,4 @@
-"""Measurements that an inference starts from, and what they ask of a run."""
+"""Measurements for an inference, and their predicted values from a run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LEAST_GRID = 5  # rows and columns of a flank's grid
 _WEAR = "/flank/wear_depth"
 _CURVE = "/mesh_cycle/transmission_error_loaded"
 _UNCERTAINTIES = ("error", "error_um", "uncertainty_arcsec")
-_FINE = 401  # places along a profile, where a height is looked for
+_FINE = 401  # points along a profile, to find a height
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class WornFlank:
     before : measurement, optional
         The same flank before it was worn; nominal unless given.
     datum : sequence of str
-        Motions of the measured tooth that its measurement leaves open: they are taken for unknown, and integrated
+        Motions of the measured tooth that its measurement leaves open: they are treated as unknown, and integrated
         over. Of ``"rotation"`` and ``"axial"`` (about the body's axis and along it; the default), ``"radial"``,
         ``"tangential"``, ``"tilt_radial"`` and ``"tilt_tangential"``, as of `calibrate`; () for none.
     """
@@ -62,12 +62,12 @@ class WornFlank:
 
 @dataclass(frozen=True)
 class WearAtPoints:
-    """Wear depth measured at a few points of a flank, each with an error of its own.
+    """Wear depth measured at a few points of a flank, with an error each.
 
     Attributes
     ----------
     face_mm, height_mm : array_like
-        Where: coordinate along the face, as `face` of a result, and height above the pitch surface.
+        Coordinate along the face, as `face` of a result, and height above the pitch surface.
     depth_um, error_um : array_like
         Wear depth, and its standard uncertainty (one for all, or one each).
     meshes, body
@@ -84,7 +84,7 @@ class WearAtPoints:
 
 @dataclass(frozen=True)
 class TransmissionErrorCurve:
-    """Loaded transmission error measured over a mesh cycle; its mean is left open, for its zero is arbitrary.
+    """Loaded transmission error measured over a mesh cycle; its mean is left open, as its zero is arbitrary.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class TransmissionErrorCurve:
 
 @dataclass(frozen=True)
 class Reading:
-    """One number that was measured: of any variable of `/history`.
+    """A measured number, of any variable of `/history`.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ Observation = WornFlank | WearAtPoints | TransmissionErrorCurve | Reading
 
 @dataclass(frozen=True)
 class Channel:
-    """An observation as an inference uses it.
+    """An observation in the form used by an inference.
 
     Attributes
     ----------
@@ -139,15 +139,15 @@ class Channel:
     path : str
         Variable of a result that it needs.
     values : (places,) array
-        What was measured.
+        Measured values.
     units : str
-        Theirs.
+        Units of the values.
     movements : (places, movements) array
-        What a datum leaves open.
+        Movements that a datum leaves open.
     read : callable
         From a scene and its run to predicted values, (wear states, places).
     evidence : callable
-        From shapes (places, shapes) to what the observation says of their amounts.
+        From shapes (places, shapes) to the evidence on their amounts.
     """
 
     name: str
@@ -166,15 +166,15 @@ def channels_of(scene: Scene, observed: object) -> list[Channel]:
     Raises
     ------
     SceneError
-        With everything that is wrong with them.
+        With all their faults.
     """
     given = list(observed) if isinstance(observed, list | tuple) else [observed]
     problems: list[Problem] = []
     found = []
-    for k, one in enumerate(given):
+    for k, observation in enumerate(given):
         field = f"observed[{k}]" if len(given) > 1 else "observed"
         try:
-            found.append(_channel(scene, one, field))
+            found.append(_channel(scene, observation, field))
         except SceneError as error:
             problems += error.problems
     if not given:
@@ -184,17 +184,17 @@ def channels_of(scene: Scene, observed: object) -> list[Channel]:
     return found
 
 
-def _channel(scene: Scene, one: object, field: str) -> Channel:
-    if isinstance(one, WornFlank):
-        return _flank_channel(scene, one, field)
-    if isinstance(one, WearAtPoints):
-        return _points_channel(scene, one, field)
-    if isinstance(one, TransmissionErrorCurve):
-        return _curve_channel(scene, one, field)
-    if isinstance(one, Reading):
-        return _reading_channel(scene, one, field)
+def _channel(scene: Scene, observation: object, field: str) -> Channel:
+    if isinstance(observation, WornFlank):
+        return _flank_channel(scene, observation, field)
+    if isinstance(observation, WearAtPoints):
+        return _points_channel(scene, observation, field)
+    if isinstance(observation, TransmissionErrorCurve):
+        return _curve_channel(scene, observation, field)
+    if isinstance(observation, Reading):
+        return _reading_channel(scene, observation, field)
     allowed = "WornFlank, WearAtPoints, TransmissionErrorCurve or Reading"
-    raise SceneError.of(field, shown(one), allowed, "a file of a worn flank goes into WornFlank(...)")
+    raise SceneError.of(field, shown(observation), allowed, "a file of a worn flank goes into WornFlank(...)")
 
 
 def _meshes(scene: Scene, given: object, field: str, *, least: float = 0.0) -> float:
@@ -202,15 +202,15 @@ def _meshes(scene: Scene, given: object, field: str, *, least: float = 0.0) -> f
     if meshes is None and scene.wear is not None:
         meshes = scene.wear.until.meshes
     if meshes is None:
-        fix = "say how many engagements of a gear tooth it has run"
+        fix = "give the number of engagements of a gear tooth"
         raise SceneError.of(f"{field}.meshes", None, "a number", fix)
     try:
-        told = number(meshes)
+        count = number(meshes)
     except Unreadable:
-        told = -np.inf
-    if told < least:
+        count = -np.inf
+    if count < least:
         raise SceneError.of(f"{field}.meshes", shown(meshes), f"{least:g} or more", "engagements of a gear tooth")
-    return told
+    return count
 
 
 def _worn_body(scene: Scene, body: str, field: str) -> None:
@@ -228,20 +228,20 @@ class _FlankReader:
         self._known: tuple[FloatArray, FlankReading] | None = None
 
     def __call__(self, scene: Scene, measured: Measured) -> FloatArray:
-        depth = measured.variables[_WEAR][:, [str(one) for one in measured.coords["body"]].index(self._body)]
+        depth = measured.variables[_WEAR][:, [str(body) for body in measured.coords["body"]].index(self._body)]
         grid = grid_of(scene, measured.coords["face"], depth.shape[1], self._body)
         if self._known is None or not np.array_equal(self._known[0], grid.profile):
             flank = nominal_flank(scene, self._body)
             self._known = grid.profile, FlankReading.of(grid, self._face, self._profile, flank)
-        return np.stack([self._known[1].read(one.T) for one in depth])
+        return np.stack([self._known[1].read(state.T) for state in depth])
 
 
-def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
-    _worn_body(scene, one.body, field)
-    meshes = _meshes(scene, one.meshes, field, least=1.0)
-    motions = require_motions(one.datum, f"{field}.datum")
+def _flank_channel(scene: Scene, flank: WornFlank, field: str) -> Channel:
+    _worn_body(scene, flank.body, field)
+    meshes = _meshes(scene, flank.meshes, field, least=1.0)
+    motions = require_motions(flank.datum, f"{field}.datum")
     datum = "best_fit" if motions else "as_measured"
-    worn = as_wear(scene, one.measured, one.before, one.body, datum=datum, field=field)
+    worn = as_wear(scene, flank.measured, flank.before, flank.body, datum=datum, field=field)
     rows, columns = _without_holes(worn.inside)
     if min(rows.sum(), columns.sum()) < _LEAST_GRID:
         raise SceneError.of(
@@ -252,38 +252,38 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
     if not np.ptp(worn.depth[place]):
         raise SceneError.of(
             field, "the same depth at every point", "depths with the noise of their measurement",
-            "give them as they were measured: how far to rely on them is told from their noise",
+            "give them as they were measured: their uncertainty is estimated from their noise",
         )  # fmt: skip
     shape = (int(rows.sum()), int(columns.sum()))
     modes = _UM * datum_modes(worn, motions)[1][place]
     along, across = (axis[kept] for axis, kept in zip(worn.places, (rows, columns), strict=True))
 
     def evidence(shapes: FloatArray) -> Evidence:
-        told = FlankNoise(along, across, _UM * worn.depth[place], shapes.reshape(*shape, -1), modes)
-        return unknown_noise(told)
+        noise = FlankNoise(along, across, _UM * worn.depth[place], shapes.reshape(*shape, -1), modes)
+        return unknown_noise(noise)
 
-    reader = _FlankReader(one.body, worn.face[place].ravel(), worn.profile[place].ravel())
+    reader = _FlankReader(flank.body, worn.face[place].ravel(), worn.profile[place].ravel())
     movements = modes.reshape(shape[0] * shape[1], modes.shape[-1])
-    name = f"worn flank of the {one.body}, {shape[0]} x {shape[1]} points"
+    name = f"worn flank of the {flank.body}, {shape[0]} x {shape[1]} points"
     return Channel(name, meshes, _WEAR, _UM * worn.depth[place].ravel(), "um", movements, reader, evidence)
 
 
 def _without_holes(inside: BoolArray) -> tuple[BoolArray, BoolArray]:
-    """Rows and columns of a grid that have no hole: those with the most are left out, one after the other."""
+    """Rows and columns of a grid that have no hole: those with the most holes are removed one after the other."""
     rows, columns = (np.ones(size, dtype=bool) for size in inside.shape)
     while rows.any() and columns.any():
         holes = ~inside & rows[:, None] & columns
         if not holes.any():
             break
-        shares = [holes.sum(axis=1) / columns.sum(), holes.sum(axis=0) / rows.sum()]
-        worst = [int(one.argmax()) for one in shares]
-        axis = 0 if shares[0][worst[0]] >= shares[1][worst[1]] else 1
+        fractions = [holes.sum(axis=1) / columns.sum(), holes.sum(axis=0) / rows.sum()]
+        worst = [int(fraction.argmax()) for fraction in fractions]
+        axis = 0 if fractions[0][worst[0]] >= fractions[1][worst[1]] else 1
         (rows, columns)[axis][worst[axis]] = False
     return rows, columns
 
 
 def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
-    """Numbers side by side, of one length."""
+    """Columns of numbers of equal length."""
     problems: list[Problem] = []
     found = {name: _finite(f"{field}.{name}", values, problems) for name, values in given.items()}
     if problems:
@@ -304,7 +304,7 @@ def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
 
 
 def _finite(field: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
-    """A number or a list of finite numbers, (values,); a problem where they are something else."""
+    """A number or a list of finite numbers, (values,); a problem if they are something else."""
     raw: object = np.asarray(values).tolist() if hasattr(values, "__array__") else values
     listed = list(raw) if isinstance(raw, Sequence) and not isinstance(raw, str) else [raw]
     try:
@@ -314,16 +314,16 @@ def _finite(field: str, values: ArrayLike, problems: list[Problem]) -> FloatArra
         return np.zeros(0)
 
 
-def _points_channel(scene: Scene, one: WearAtPoints, field: str) -> Channel:
-    _worn_body(scene, one.body, field)
-    meshes = _meshes(scene, one.meshes, field, least=1.0)
+def _points_channel(scene: Scene, points: WearAtPoints, field: str) -> Channel:
+    _worn_body(scene, points.body, field)
+    meshes = _meshes(scene, points.meshes, field, least=1.0)
     given = _columns(
-        field, face_mm=one.face_mm, height_mm=one.height_mm, depth_um=one.depth_um, error_um=one.error_um
+        field, face_mm=points.face_mm, height_mm=points.height_mm, depth_um=points.depth_um, error_um=points.error_um
     )
-    face, profile = given["face_mm"], _profile_at(scene, one.body, given["face_mm"], given["height_mm"], field)
-    reader = _FlankReader(one.body, face, profile)
-    told = given["depth_um"], given["error_um"], "um"
-    return _known_channel(f"wear of the {one.body} at {face.size} points", meshes, _WEAR, reader, told)
+    face, profile = given["face_mm"], _profile_at(scene, points.body, given["face_mm"], given["height_mm"], field)
+    reader = _FlankReader(points.body, face, profile)
+    known = given["depth_um"], given["error_um"], "um"
+    return _known_channel(f"wear of the {points.body} at {face.size} points", meshes, _WEAR, reader, known)
 
 
 def _profile_at(scene: Scene, body: str, face: FloatArray, height: FloatArray, field: str) -> FloatArray:
@@ -331,8 +331,8 @@ def _profile_at(scene: Scene, body: str, face: FloatArray, height: FloatArray, f
     flank = nominal_flank(scene, body)
     low, high = flank.face_ends
     if np.any((face < low) | (face > high)):
-        away = float(face[np.argmax(np.abs(face - 0.5 * (low + high)))])
-        raise SceneError.of(f"{field}.face_mm", away, f"{low:g} to {high:g} mm", "a coordinate along the face")
+        outside = float(face[np.argmax(np.abs(face - 0.5 * (low + high)))])
+        raise SceneError.of(f"{field}.face_mm", outside, f"{low:g} to {high:g} mm", "a coordinate along the face")
     found = np.empty(face.size)
     for k in range(face.size):
         root, tip = flank.limits(face[k])
@@ -351,11 +351,11 @@ def _known_channel(
     meshes: float,
     path: str,
     read: Callable[[Scene, Measured], FloatArray],
-    told: tuple[FloatArray, FloatArray, str],
+    known: tuple[FloatArray, FloatArray, str],
     movements: FloatArray | None = None,
 ) -> Channel:
-    """A channel of values with known errors: `told` holds both and their unit."""
-    values, error, units = told
+    """A channel of values with known errors: `known` holds both and their unit."""
+    values, error, units = known
     free = np.zeros((values.size, 0)) if movements is None else movements
 
     def evidence(shapes: FloatArray) -> Evidence:
@@ -364,13 +364,13 @@ def _known_channel(
     return Channel(name, meshes, path, values, units, free, read, evidence)
 
 
-def _curve_channel(scene: Scene, one: TransmissionErrorCurve, field: str) -> Channel:
-    meshes = _meshes(scene, one.meshes, field)
+def _curve_channel(scene: Scene, curve: TransmissionErrorCurve, field: str) -> Channel:
+    meshes = _meshes(scene, curve.meshes, field)
     given = _columns(
         field,
-        mesh_position=one.mesh_position,
-        error_arcsec=one.error_arcsec,
-        uncertainty_arcsec=one.uncertainty_arcsec,
+        mesh_position=curve.mesh_position,
+        error_arcsec=curve.error_arcsec,
+        uncertainty_arcsec=curve.uncertainty_arcsec,
     )
     phase = given["mesh_position"] % 1.0
     if phase.size < 3:
@@ -382,33 +382,33 @@ def _curve_channel(scene: Scene, one: TransmissionErrorCurve, field: str) -> Cha
         values = measured.variables[_CURVE]
         known = np.append(measured.coords["mesh_position"], measured.coords["mesh_position"][0] + 1.0)
         around = np.column_stack([values, values[:, 0]])
-        return np.stack([np.interp(phase, known, one, period=1.0) for one in around])
+        return np.stack([np.interp(phase, known, curve, period=1.0) for curve in around])
 
-    told = given["error_arcsec"], given["uncertainty_arcsec"], "arcsec"
+    measured_curve = given["error_arcsec"], given["uncertainty_arcsec"], "arcsec"
     name = f"transmission error at {phase.size} mesh positions"
-    return _known_channel(name, meshes, _CURVE, read, told, np.ones((phase.size, 1)))
+    return _known_channel(name, meshes, _CURVE, read, measured_curve, np.ones((phase.size, 1)))
 
 
-def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
+def _reading_channel(scene: Scene, reading: Reading, field: str) -> Channel:
     problems: list[Problem] = []
-    quantity = quantity_of(f"{field}.quantity", one.quantity, problems)
+    quantity = quantity_of(f"{field}.quantity", reading.quantity, problems)
     if quantity is not None and (quantity.variable.group != "history" or quantity.time != "end"):
         fix = "meshes=0 for an unworn pair; a life is inferred, not observed"
-        problems.append(Problem(f"{field}.quantity", one.quantity, "a variable of /history without a time", fix))
+        problems.append(Problem(f"{field}.quantity", reading.quantity, "a variable of /history without a time", fix))
     if problems or quantity is None:
         raise SceneError(problems, "infer")
-    meshes = _meshes(scene, one.meshes, field)
+    meshes = _meshes(scene, reading.meshes, field)
     path, body = quantity.path, quantity.body
 
     def read(scene: Scene, measured: Measured) -> FloatArray:
         values = np.asarray(measured.variables[path], float)
-        if values.ndim == 2:  # of both bodies the greater
-            bodies = [str(one) for one in measured.coords["body"]]
+        if values.ndim == 2:  # the greater of both bodies
+            bodies = [str(reading) for reading in measured.coords["body"]]
             values = values[:, bodies.index(body)] if body in bodies else np.nanmax(values, axis=1)
         return values[:, None]
 
-    given = _columns(field, value=one.value, error=one.error)
+    given = _columns(field, value=reading.value, error=reading.error)
     if given["value"].size > 1:
-        raise SceneError.of(f"{field}.value", shown(one.value), "one number", "one Reading for each")
-    told = given["value"], given["error"], quantity.units
-    return _known_channel(one.quantity, meshes, path, read, told)
+        raise SceneError.of(f"{field}.value", shown(reading.value), "one number", "one Reading for each")
+    known = given["value"], given["error"], quantity.units
+    return _known_channel(reading.quantity, meshes, path, read, known)

@@ -1,4 +1,4 @@
-"""The report of an inference: one HTML file that needs nothing but itself (extra ``plot``)."""
+"""Report of an inference as a single, self-contained HTML file (extra ``plot``)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["write_posterior_report"]
 
 FLANKS = (13.2, 3.9)
-_FEW_PANELS = 2  # to a side of the corner picture
+_FEW_PANELS = 2  # per side of the corner picture
 _COLOUR, _LINE = "#0B5394", "#A63C00"
 
 
@@ -43,17 +43,17 @@ def write_posterior_report(
     simulate: Callable[[Scene], xr.DataTree],
     lives: Sequence[PosteriorLife] = (),
 ) -> Path:
-    """Write an inference as a page: what is told and what is not, the posterior, the fit, and lives.
+    """Write an inference as a page: determined and undetermined fields, the posterior, the fit, and lives.
 
     Parameters
     ----------
     found : Posterior
     observed : sequence of observations
-        Those that it was inferred from.
+        Observations of the inference.
     path : path
         The HTML file.
     simulate : callable
-        From a scene to its result; the scene at the posterior's medians is worn for the pictures of flanks.
+        From a scene to its result; used on the scene at the posterior's medians for the pictures of flanks.
     lives : sequence of PosteriorLife, optional
 
     Raises
@@ -65,8 +65,8 @@ def write_posterior_report(
     """
     target = page_target(path)
     sections = [
-        ("What is told", _summary(found)),
-        ("What is not told apart", _apart(found)),
+        ("Inferred fields", _summary(found)),
+        ("Undetermined fields", _apart(found)),
         ("Posterior", _corner(found)),
         ("Fit at the posterior's medians", _fit(found, observed, simulate)),
         ("Life", _lives(lives)),
@@ -74,21 +74,21 @@ def write_posterior_report(
         ("The scene at the posterior's medians", folded_toml(found.inferred_scene.to_toml())),
     ]
     attrs = {str(name): value for name, value in found.to_dataset().attrs.items()}
-    told = f"From: {attrs['observed']}."
-    write_page(target, page_of(str(attrs["title"]), told, sections, attrs))
+    source = f"From: {attrs['observed']}."
+    write_page(target, page_of(str(attrs["title"]), source, sections, attrs))
     return target
 
 
 def _summary(found: Posterior) -> str:
     numbers = []
-    for one in found.target.unknowns.every:
-        low, high = found.interval(one.key)
+    for unknown in found.target.unknowns.every:
+        low, high = found.interval(unknown.key)
         note = f"95 %: {figure_text(low)} to {figure_text(high)}"
-        value = f"{figure_text(found.quantile(one.key, 0.5))} {unit_text(unit_of(one.key))}".strip()
-        numbers.append((with_spaces(one.name), value, note))
+        value = f"{figure_text(found.quantile(unknown.key, 0.5))} {unit_text(unit_of(unknown.key))}".strip()
+        numbers.append((with_spaces(unknown.name), value, note))
     note = (
-        "Of the prior's: standard deviation over that of the prior, near 100 % where nothing was learnt. Emulator: "
-        "what its error makes of the standard deviation; it is in the intervals."
+        "Of the prior's: standard deviation over that of the prior, near 100 % if nothing was learnt. Emulator: "
+        "part of the standard deviation by its error, which the intervals include."
     )
     rows = [(*row[:-1], unit_text(row[-1])) for row in found.rows()]
     return tiles(numbers) + table("Unknown fields", [escape(head) for head in HEAD], rows) + f"<p>{note}</p>"
@@ -97,7 +97,7 @@ def _summary(found: Posterior) -> str:
 def _apart(found: Posterior) -> str:
     lines = found.not_told_apart
     if not lines:
-        return "<p>Every unknown is told by the observations.</p>"
+        return "<p>The observations determine every unknown.</p>"
     return "<ul>" + "".join(element("li", escape(line)) for line in lines) + "</ul>"
 
 
@@ -113,39 +113,39 @@ def _corner(found: Posterior) -> str:
 
 def _fit(found: Posterior, observed: Sequence[Observation], simulate: Callable[[Scene], xr.DataTree]) -> str:
     parts = ["<ul>" + "".join(element("li", escape(line)) for line in found.misfits()) + "</ul>"]
-    for one, channel in zip(observed, found.target.channels, strict=True):
-        if isinstance(one, WornFlank):
-            parts.append(_flank(found, one, channel, simulate))
+    for observation, channel in zip(observed, found.target.channels, strict=True):
+        if isinstance(observation, WornFlank):
+            parts.append(_flank(found, observation, channel, simulate))
         elif channel.values.size > 1:
             parts.append(_against(found, channel))
     return f'{parts[0]}<div class="cards">{"".join(parts[1:])}</div>'
 
 
-def _flank(found: Posterior, one: WornFlank, channel: Channel, simulate: Callable[[Scene], xr.DataTree]) -> str:
-    """Predicted beside measured wear, the scene at the medians worn anew rather than emulated."""
+def _flank(found: Posterior, given: WornFlank, channel: Channel, simulate: Callable[[Scene], xr.DataTree]) -> str:
+    """Predicted beside measured wear, from a run at the medians rather than the emulator."""
     tree = simulate(found.inferred_scene.replace({"wear.until.meshes": channel.meshes}))
-    compared = compare_wear(tree, one.measured, before=one.before, body=one.body, datum=one.datum)
+    compared = compare_wear(tree, given.measured, before=given.before, body=given.body, datum=given.datum)
     uri = figure_uri(FLANKS, 3, lambda axes: measured_wear(compared, axes), side_by_side=True)
     alt = f"difference: root mean square {float(compared['difference_rms']):.2g} um"
-    figure = picture(channel.name.capitalize(), uri, alt, "Worn anew at the posterior's medians.", FLANKS)
+    figure = picture(channel.name.capitalize(), uri, alt, "From a run at the posterior's medians.", FLANKS)
     return element("article", figure, class_="card full")
 
 
 def _against(found: Posterior, channel: Channel) -> str:
-    """Measured over predicted values of an observation, what a datum leaves open taken out."""
+    """Measured over predicted values of an observation, without the movements of a datum."""
     k = list(found.target.channels).index(channel)
     amounts = found.target.amounts(np.median(found.draws.normal, axis=0)[None])[k][0]
     predicted = found.target.model.shapes[k] @ amounts
     free = channel.movements
     rest = channel.values - predicted
     moved = free @ np.linalg.lstsq(free, rest, rcond=None)[0] if free.shape[1] else np.zeros(rest.size)
-    told, deviation = channel.values - moved, found.target.evidence[k].deviation
+    measured, deviation = channel.values - moved, found.target.evidence[k].deviation
 
     def draw_on(axes: list[Axes]) -> None:
         (ax,) = axes
-        ends = [min(predicted.min(), told.min()), max(predicted.max(), told.max())]
+        ends = [min(predicted.min(), measured.min()), max(predicted.max(), measured.max())]
         ax.plot(ends, ends, color=_LINE, lw=1.0)
-        ax.errorbar(predicted, told, deviation, fmt="o", color=_COLOUR, ms=4, lw=1.0)
+        ax.errorbar(predicted, measured, deviation, fmt="o", color=_COLOUR, ms=4, lw=1.0)
         units = unit_text(channel.units)
         ax.set(xlabel=f"Predicted ({units})", ylabel=f"Measured ({units})")
 

@@ -1,4 +1,4 @@
-"""The posterior of an inference: intervals, what cannot be told apart, the fit, and lives."""
+"""The posterior of an inference: intervals, undetermined fields, the fit, and lives."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import xarray as xr
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
-from semiwear.inference.apart import not_told_apart
+from semiwear.inference.apart import undetermined_fields
 from semiwear.inference.lives import PosteriorLife, life_of
 from semiwear.inference.sampling import Draws, Target
 from semiwear.measured.life_spread import require_share
@@ -34,18 +34,18 @@ HEAD = ("field", "median", "95 % interval", "of the prior's", "emulator", "unit"
 
 @dataclass(frozen=True)
 class Posterior:
-    """Unknown fields of a scene given what was observed; made by `infer`, printed as a table.
+    """Unknown fields of a scene given the observations; made by `infer`, printed as a table.
 
     Attributes
     ----------
     scene : Scene
     target : Target
-        The density that was drawn from.
+        The density of the draws.
     draws : Draws
     best : (unknown,) array
-        The likeliest place, standard normal under the prior.
+        The most likely point, standard normal under the prior.
     emulator_shares : (unknown,) array
-        Standard deviation that the emulator's error makes of each unknown, over the posterior's.
+        Standard deviation of each unknown by the emulator's error, over the posterior's.
     """
 
     scene: Scene
@@ -70,40 +70,40 @@ class Posterior:
         Raises
         ------
         SemiwearError
-            It is none of the unknown ones, or the last part of several keys.
+            It is not an unknown field, or the last part of several keys.
         """
-        names = [one.name for one in self.target.unknowns.every]
+        names = [unknown.name for unknown in self.target.unknowns.every]
         for known in (self.keys, names):
             if key in known:
                 return np.asarray(self.values[:, list(known).index(key)])
-        ends = [k for k, one in enumerate(self.keys) if one.rpartition(".")[2] == key]
+        ends = [k for k, own in enumerate(self.keys) if own.rpartition(".")[2] == key]
         if len(ends) == 1:
             return np.asarray(self.values[:, ends[0]])
         if ends:
             raise SemiwearError(f"{key} is the last part of {' and of '.join(self.keys[k] for k in ends)}: give one")
         meant = closest(key, [*self.keys, *names])
-        told = f"did you mean {meant}?" if meant else f"there are {', '.join(self.keys)}"
-        raise SemiwearError(f"{key} was not inferred: {told}")
+        hint = f"did you mean {meant}?" if meant else f"there are {', '.join(self.keys)}"
+        raise SemiwearError(f"{key} was not inferred: {hint}")
 
     def quantile(self, key: str, share: float) -> float:
-        """Value that a field falls short of with a probability."""
+        """Value below which a field lies with a probability."""
         require_share(share)
         return float(np.quantile(self.of(key), share))
 
     def interval(self, key: str, confidence: float = 0.95) -> tuple[float, float]:
-        """Values between which a field lies with a probability, as much outside to either side."""
+        """Values between which a field lies with a probability, with equal tails."""
         miss = 0.5 * (1.0 - confidence)
         return self.quantile(key, miss), self.quantile(key, 1.0 - miss)
 
     @property
     def shares_of_prior(self) -> FloatArray:
-        """Standard deviation of each unknown over that of its prior: near 1 where nothing was learnt of it."""
+        """Standard deviation of each unknown over that of its prior: near 1 if nothing was learnt."""
         return np.asarray(self.draws.normal.std(axis=0))
 
     @property
     def not_told_apart(self) -> tuple[str, ...]:
-        """Sentences on fields of which the observations say nothing, or which they cannot tell apart."""
-        return not_told_apart(self.target.unknowns.every, self.values, self.shares_of_prior)
+        """Sentences on fields that the observations do not determine, singly or independently of each other."""
+        return undetermined_fields(self.target.unknowns.every, self.values, self.shares_of_prior)
 
     @property
     def inferred_scene(self) -> Scene:
@@ -112,16 +112,16 @@ class Posterior:
         return self.scene.replace(dict(zip(self.keys, map(float, medians), strict=True)))
 
     def fitted(self) -> list[tuple[str, float, float]]:
-        """Of every observation: its name, the standard deviation of its noise, and the misfit at the best place.
+        """For every observation its name, the standard deviation of its noise, and the misfit at the best point.
 
-        The misfit is how far observed values lie from predicted ones, in standard deviations, over what noise alone
-        would make: about 1 where the model explains what was seen. Of a measured flank, whose noise is not known, it
-        compares amounts of predicted shapes; what is left beside them is taken for noise.
+        The misfit is the distance of observed from predicted values, in standard deviations, over that by noise
+        alone: about 1 if the model explains the observation. For a measured flank, whose noise is unknown, it
+        compares amounts of predicted shapes; the rest is taken as noise.
         """
         amounts = self.target.amounts(self.best[None])
         return [
-            (channel.name, one.deviation, one.misfit(some[0]))
-            for one, some, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True)
+            (channel.name, evidence.deviation, evidence.misfit(own[0]))
+            for evidence, own, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True)
         ]
 
     def life(
@@ -135,7 +135,7 @@ class Posterior:
         store: str | os.PathLike[str] | None = None,
         progress: Progress | bool | None = None,
     ) -> PosteriorLife:
-        """Life until a flank's greatest wear is a depth, with all that the posterior leaves open.
+        """Life until a flank's greatest wear is a depth, with the scatter of the posterior.
 
         Parameters
         ----------
@@ -145,8 +145,8 @@ class Posterior:
             Coefficient of variation of the wear coefficient from part to part, for the life of the next part
             (`semiwear.measured.life_spread`). Default 0: the life of the measured pair itself.
         runs : int
-            Lives that are solved, at draws of the posterior; all others are emulated. One where the wear coefficient
-            alone is unknown: a life is inverse to it.
+            Lives that are solved, at draws of the posterior; all others are emulated. One if only the wear
+            coefficient is unknown: a life is inverse to it.
         crew, store, progress
             As of `infer`.
 
@@ -159,22 +159,22 @@ class Posterior:
         """
         return life_of(
             self.scene, self.target.unknowns, self.draws.normal, (depth_limit_um, body, k_scatter, runs),
-            places=(crew, store, progress),
+            where=(crew, store, progress),
         )  # fmt: skip
 
     def to_dataset(self) -> xr.Dataset:
-        """The draws, one variable a field along `draw`, with what the summary tells in attributes."""
+        """The draws, a variable for each field along `draw`, with the summary in attributes."""
         data = {
-            one.name: (
+            unknown.name: (
                 "draw",
-                self.of(one.key),
-                {"field": one.key, "units": unit_of(one.key), "prior": str(one.prior)},
+                self.of(unknown.key),
+                {"field": unknown.key, "units": unit_of(unknown.key), "prior": str(unknown.prior)},
             )
-            for one in self.target.unknowns.every
+            for unknown in self.target.unknowns.every
         }
         attrs = {
             "title": f"Posterior: {self.scene.title}" if self.scene.title else "Posterior",
-            "observed": "; ".join(one.name for one in self.target.channels),
+            "observed": "; ".join(unknown.name for unknown in self.target.channels),
             "not_told_apart": "\n".join(self.not_told_apart),
             "runs": self.runs,
             "effective_draws": self.draws.effective,
@@ -208,15 +208,15 @@ class Posterior:
         return found
 
     def misfits(self) -> list[str]:
-        """A sentence for every observation, and one where the model does not explain it."""
+        """A sentence for every observation, and whether the model explains it."""
         lines = []
         for name, deviation, misfit in self.fitted():
             far = "; the scene does NOT explain it" if misfit > _FAR else ""
-            lines.append(f"{name}: noise {deviation:.3g}, misfit {misfit:.2f} times what noise makes{far}")
+            lines.append(f"{name}: noise {deviation:.3g}, misfit {misfit:.2f} times that of noise{far}")
         return lines
 
     def __str__(self) -> str:
-        apart: Sequence[str] = self.not_told_apart or ("every unknown is told by the observations",)
+        apart: Sequence[str] = self.not_told_apart or ("the observations determine every unknown",)
         return "\n".join(
             [
                 table(HEAD, self.rows()),

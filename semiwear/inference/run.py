@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Plan", "infer", "plan_inference", "solved_runs", "spread_over", "target_of"]
 
-# Wear steps of a run, up to the prior's greatest k: in two stages, what steps leave out makes 0.03 to 0.17 % of k and
+# Wear steps of a run, up to the prior's greatest k: in two stages, the error of steps is 0.03 to 0.17 % of k and
 # 0.002 to 0.007 of an exponent of the load on a coarse face gear, at 0.16 to 0.44 of that k
 _STEPS = 24
 _RUNS_A_FIELD = 10
@@ -41,7 +41,7 @@ _LEAST_RUNS = 32
 _GROWTH = 4  # times the first runs, at most
 _REACH = 3.5  # standard deviations of the posterior that further runs span
 _LEAST_SHARE = 0.9  # of runs that have to succeed
-_MOST_SHARE = 100.0  # standard deviations of an unknown that the emulator's error may make
+_MOST_SHARE = 100.0  # standard deviations of an unknown by the emulator's error
 _SPEED = "operation.pinion_speed_rpm"
 _SAME_LEVEL = 1e-9  # of the meshes: wear states of all runs
 _OF_THE_RUN = ("wear.until.", "numerics.", "effects.run_life.")  # set by an inference itself
@@ -59,46 +59,46 @@ def infer(
     store: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
 ) -> Posterior:
-    """The posterior of unknown fields of a scene, from what was measured on worn gears.
+    """The posterior of unknown fields of a scene, from measurements on worn gears.
 
     Parameters
     ----------
     scene : Scene
-        With a table [wear]. ``numerics.accuracy`` is not looked at.
+        With a table [wear]. ``numerics.accuracy`` is ignored.
     unknown : mapping
         From dotted key to the prior distribution of a field: `Normal`, `LogNormal`, `Uniform` or `Triangular`, such
         as of ``"wear.coefficient_mm2_per_N"``, ``"operation.pinion_torque_Nm"``, ``"effects.misalignment.offset_mm"``
         or ``"effects.wear_law.load.exponent"``. The outermost 0.2 % at both ends are cut off. None of ``wear.until``,
         ``numerics`` or ``effects.run_life``, which the runs set themselves.
     observed : WornFlank, WearAtPoints, TransmissionErrorCurve, Reading, or several
-        What was measured, all on one pair.
+        Measurements, all on one pair.
     runs : int, optional
-        Runs that the emulator learns from; up to four times as many are added where the posterior is, until its error
-        is small enough. Default: 10 for each field but the wear coefficient, 32 or more. With the wear coefficient
-        alone one run tells everything, without an emulator.
+        Runs to which the emulator is fitted; up to four times as many are added in the range of the posterior, until
+        its error is small enough. Default: 10 for each field but the wear coefficient, 32 or more. With only the wear
+        coefficient a single run is enough, without an emulator.
     emulator_share : float
-        Greatest standard deviation that the emulator's error alone may give an unknown, as a share of the posterior
-        standard deviation of that unknown. The posterior allows for that error in any case. Default 0.3.
+        Greatest standard deviation of an unknown by the emulator's error alone, as a fraction of its posterior
+        standard deviation. The posterior includes that error in any case. Default 0.3.
     seed : int
-        Of runs and draws.
+        Random seed of runs and draws.
     crew : int, str or distributed.Client, optional
         Where to run: `workers` or `client` of `sweep`.
     store : path, optional
         Folder that keeps every run, as of `sweep`.
     progress : Progress or bool, optional
-        Hears of every run and of the sampling; True shows a bar (extra ``progress``).
+        Called after every run and during the sampling; True shows a bar (extra ``progress``).
 
     Returns
     -------
     Posterior
-        Draws, intervals, what cannot be told apart, lives.
+        Draws, intervals, undetermined fields, lives.
 
     Raises
     ------
     SceneError
-        With everything that is wrong with the arguments, before anything runs.
+        With all faults of the arguments, before anything runs.
     SemiwearError
-        The emulator's error stays above what was asked, or runs fail.
+        The emulator's error stays above the limit, or runs fail.
     MissingExtraError
         emcee or scikit-learn is missing; install the extra ``infer``.
 
@@ -107,22 +107,22 @@ def infer(
     Of 600 simulated flanks with four unknowns 90 % intervals held in 87 to 90 % (docs/inference.md).
     """
     planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
-    with hearing(progress) as hears:
-        return _inferred(planned, crew, store, hears)
+    with hearing(progress) as report:
+        return _inferred(planned, crew, store, report)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """An inference whose arguments are sound.
+    """An inference with valid arguments.
 
     Attributes
     ----------
     scene : Scene
-        As it was given.
+        The given scene.
     unknowns : Unknowns
     channels : tuple of Channel
     runs : int
-        The first ones.
+        First number of runs.
     emulator_share : float
     seed : int
     """
@@ -136,8 +136,8 @@ class Plan:
 
     @property
     def run_scene(self) -> Scene:
-        """The scene of runs: worn so far as the greatest wear coefficient brings it."""
-        most = max(one.meshes for one in self.channels)
+        """The scene of runs, worn as far as with the greatest wear coefficient."""
+        most = max(channel.meshes for channel in self.channels)
         steps = self.scene.numerics.wear_steps
         changes: dict[str, object] = {
             "wear.until.meshes": max(most, 1.0) * self.unknowns.greatest_stretch,
@@ -163,7 +163,7 @@ def plan_inference(
     Raises
     ------
     SceneError
-        With everything that is wrong.
+        With all faults.
     """
     problems: list[Problem] = []
     if runs is not None and (not is_whole(runs) or not _LEAST_RUNS <= runs <= 4096):
@@ -207,28 +207,28 @@ def plan_inference(
 
 
 def _of_the_run(key: str) -> Problem:
-    """A field that says how far or how finely a run is made."""
-    fix = "infer the wear coefficient: the meshes count only times it" if key.startswith("wear.") else "remove it"
+    """Problem of a field that sets the end or the numerics of a run."""
+    fix = "infer the wear coefficient: it counts times the meshes" if key.startswith("wear.") else "remove it"
     return Problem(key, "an unknown field", "a field that no run sets: not of wear.until, numerics or run_life", fix)
 
 
 def _without_meshes(observed: object) -> list[Problem]:
-    """Observations whose meshes would follow from the scene's hours at a speed that is unknown."""
+    """Problems of observations whose meshes would follow from the scene's hours at an unknown speed."""
     given = list(observed) if isinstance(observed, list | tuple) else [observed]
     fix = "give meshes: wear.until.hours has them at the speed of the scene, which is an unknown"
     return [
         Problem(f"observed[{k}].meshes" if len(given) > 1 else "observed.meshes", None, "a number", fix)
-        for k, one in enumerate(given)
-        if getattr(one, "meshes", 0.0) is None
+        for k, observation in enumerate(given)
+        if getattr(observation, "meshes", 0.0) is None
     ]
 
 
 def _inferred(
-    planned: Plan, crew: int | str | Client | None, store: str | os.PathLike[str] | None, hears: Progress
+    planned: Plan, crew: int | str | Client | None, store: str | os.PathLike[str] | None, report: Progress
 ) -> Posterior:
     fields = len(planned.unknowns.solved)
     box = np.tile([-1.0, 1.0], (fields, 1))
-    runs = solved_runs(planned, spread_over(box, planned.runs, planned.seed), crew, store, hears)
+    runs = solved_runs(planned, spread_over(box, planned.runs, planned.seed), crew, store, report)
     while True:
         target = target_of(planned, model_of(runs, planned.channels))
         best = target.best(planned.seed)
@@ -242,25 +242,25 @@ def _inferred(
         near = _box_about(planned.unknowns, widened, best, planned.seed)
         runs = runs.joined(
             solved_runs(
-                planned, spread_over(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, hears
+                planned, spread_over(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, report
             )
         )
-    draws = draw_posterior(widened, best, planned.seed, hears.step)
+    draws = draw_posterior(widened, best, planned.seed, report.step)
     return Posterior(planned.scene, widened, draws, best, shares)
 
 
 def target_of(planned: Plan, model: Model) -> Target:
-    """Posterior density of a model; the emulator's error is not in it yet."""
-    evidence = [one.evidence(shapes) for one, shapes in zip(planned.channels, model.shapes, strict=True)]
+    """Posterior density of a model, without the emulator's error."""
+    evidence = [channel.evidence(shapes) for channel, shapes in zip(planned.channels, model.shapes, strict=True)]
     return Target(planned.unknowns, model, planned.channels, evidence)
 
 
 def _refusal(planned: Plan, shares: FloatArray, count: int) -> str:
     worst = int(np.argmax(shares))
     return (
-        f"after {count} runs the emulator's error still makes {shares[worst]:.2g} of the posterior's standard "
-        f"deviation of {planned.unknowns.keys[worst]}, {planned.emulator_share:g} was asked: give more runs, "
-        "narrower priors, or a greater emulator_share (what it makes is in the posterior)"
+        f"after {count} runs the emulator's error still is {shares[worst]:.2g} of the posterior's standard "
+        f"deviation of {planned.unknowns.keys[worst]}, {planned.emulator_share:g} was requested: give more runs, "
+        "narrower priors, or a greater emulator_share (the posterior includes the error)"
     )
 
 
@@ -269,8 +269,8 @@ def spread_over(box: FloatArray, count: int, seed: int) -> FloatArray:
     if not box.shape[0]:
         return np.zeros((1, 0))
     power = int(np.ceil(np.log2(count)))
-    share = qmc.Sobol(box.shape[0], scramble=True, seed=np.random.default_rng(seed)).random_base2(power)[:count]
-    return np.asarray(box[:, 0] + share * (box[:, 1] - box[:, 0]))
+    fraction = qmc.Sobol(box.shape[0], scramble=True, seed=np.random.default_rng(seed)).random_base2(power)[:count]
+    return np.asarray(box[:, 0] + fraction * (box[:, 1] - box[:, 0]))
 
 
 def _box_about(unknowns: Unknowns, target: Target, best: FloatArray, seed: int) -> FloatArray:
@@ -289,9 +289,9 @@ def solved_runs(
     inputs: FloatArray,
     crew: int | str | Client | None,
     store: str | os.PathLike[str] | None,
-    hears: Progress,
+    report: Progress,
 ) -> Runs:
-    """Runs at inputs (run, field), read at the places of all observations.
+    """Runs at inputs (run, field), with predictions of all observations.
 
     Raises
     ------
@@ -300,12 +300,12 @@ def solved_runs(
     """
     scene, unknowns = planned.run_scene, planned.unknowns
     keys = [unknowns.every[k] for k in unknowns.solved]
-    table = {one.key: one.at(inputs[:, k]).tolist() for k, one in enumerate(keys)}
+    table = {unknown.key: unknown.at(inputs[:, k]).tolist() for k, unknown in enumerate(keys)}
     table = table or {"wear.until.meshes": [scene.wear.until.meshes if scene.wear else None]}
-    names = list(dict.fromkeys(one.path.rpartition("/")[2] for one in planned.channels))
+    names = list(dict.fromkeys(channel.path.rpartition("/")[2] for channel in planned.channels))
     job = read_job(scene, table, measure=names, combine="zip", crew=crew_of(crew))
     kept = open_store(store)
-    solve_job(job, kept, hears)
+    solve_job(job, kept, report)
     values: list[list[FloatArray]] = []
     levels: list[FloatArray] = []
     good, reasons = [], []
@@ -315,14 +315,14 @@ def solved_runs(
             reasons.append(member.refused if outcome is None else outcome.message)
             good.append(False)
             continue
-        one = job.tasks[member.key].scene
-        values.append([channel.read(one, outcome.measured) for channel in planned.channels])
+        solved = job.tasks[member.key].scene
+        values.append([channel.read(solved, outcome.measured) for channel in planned.channels])
         levels.append(np.asarray(outcome.measured.variables[MESHES], float))
         good.append(True)
     if not values or np.mean(good) < _LEAST_SHARE:
-        told = "; ".join(dict.fromkeys(reasons))
-        raise SemiwearError(f"{good.count(False)} of {len(good)} runs fail: {told}; give narrower priors")
-    stacked = tuple(np.stack([one[k] for one in values]) for k in range(len(planned.channels)))
+        listed = "; ".join(dict.fromkeys(reasons))
+        raise SemiwearError(f"{good.count(False)} of {len(good)} runs fail: {listed}; give narrower priors")
+    stacked = tuple(np.stack([own[k] for own in values]) for k in range(len(planned.channels)))
     return Runs(inputs[np.array(good)], _same_levels(levels), stacked)
 
 
@@ -335,7 +335,7 @@ def _same_levels(levels: Sequence[FloatArray]) -> FloatArray:
         They do not.
     """
     first = levels[0]
-    for one in levels:
-        if one.shape != first.shape or not np.allclose(one, first, rtol=_SAME_LEVEL, atol=0.0):
+    for own in levels:
+        if own.shape != first.shape or not np.allclose(own, first, rtol=_SAME_LEVEL, atol=0.0):
             raise SemiwearError("runs have wear states at different meshes: an unknown field changes how far they go")
     return first

@@ -1,4 +1,4 @@
-"""Draws of the posterior: unknown fields given what was observed (emcee; Goodman and Weare 2010)."""
+"""Draws of the posterior of unknown fields, given the observations (emcee; Goodman and Weare 2010)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ __all__ = ["Draws", "Target", "draw_posterior"]
 
 _WALKERS = 32
 _TRIALS = 2000  # of the prior, from which walkers start
-_ROUNDS, _LIKELY = 20, 40  # of the search for the likeliest place, and trials that guide it
+_ROUNDS, _BEST_TRIALS = 20, 40  # of the search for the most likely point, and trials kept in it
 _BLOCK, _MOST_BLOCKS = 400, 15  # steps
 _SETTLED = 50.0  # autocorrelation times that a chain has to last (emcee's own rule)
 _KEPT = 4000  # draws, about
 _STEP = 0.05  # of a standard normal coordinate, for derivatives
-_NEAR = 0.7  # of half the range: runs so near to the best fit tell the emulator's error there
+_NEAR = 0.7  # of half the range: runs this near to the best fit give the emulator's error there
 _LEAST_NEAR = 16
 
 
@@ -46,53 +46,53 @@ class Target:
     evidence: Sequence[Evidence]
 
     def log_density(self, normal: FloatArray) -> FloatArray:
-        """Logarithm of the density, but for a constant, at (point, unknown): (point,)."""
+        """Logarithm of the density, up to a constant, at (point, unknown): (point,)."""
         amounts = self.amounts(normal)
-        told = sum(one.log_likelihood(some) for one, some in zip(self.evidence, amounts, strict=True))
-        return np.asarray(told - 0.5 * np.sum(normal**2, axis=1))
+        likelihood = sum(evidence.log_likelihood(own) for evidence, own in zip(self.evidence, amounts, strict=True))
+        return np.asarray(likelihood - 0.5 * np.sum(normal**2, axis=1))
 
     def amounts(self, normal: FloatArray) -> list[FloatArray]:
         """Amounts of the shapes of every channel, at (point, unknown)."""
         values = self.unknowns.values(normal)
-        meshes = self.unknowns.stretch(values)[:, None] * np.array([one.meshes for one in self.channels])
+        meshes = self.unknowns.stretch(values)[:, None] * np.array([channel.meshes for channel in self.channels])
         return self.model.amounts(self.unknowns.inputs(values), meshes)
 
     def widened(self, at: FloatArray) -> Target:
-        """The same with the emulator's error about a place added to the noise."""
+        """The same with the emulator's error about a point added to the noise."""
         errors = self.emulator_errors(at)
-        evidence = [one.widened(error) for one, error in zip(self.evidence, errors, strict=True)]
+        evidence = [known.widened(error) for known, error in zip(self.evidence, errors, strict=True)]
         return Target(self.unknowns, self.model, self.channels, evidence)
 
     def emulator_errors(self, at: FloatArray) -> list[FloatArray]:
-        """Covariance of the emulator's errors of every channel, about a place (unknown,)."""
+        """Covariance of the emulator's errors of every channel, about a point (unknown,)."""
         values = self.unknowns.values(at[None])
         stretch = float(self.unknowns.stretch(values)[0])
         runs = self.model.runs.inputs
         near = np.all(np.abs(runs - self.unknowns.inputs(values)) <= _NEAR, axis=1)
         counted = near if near.sum() >= _LEAST_NEAR else None
-        return [self.model.error(k, stretch * one.meshes, counted) for k, one in enumerate(self.channels)]
+        return [self.model.error(k, stretch * channel.meshes, counted) for k, channel in enumerate(self.channels)]
 
     def best(self, seed: int) -> FloatArray:
-        """The likeliest place, (unknown,)."""
+        """The most likely point, (unknown,)."""
         random = np.random.default_rng(seed)
         count = len(self.unknowns.every)
         trials = random.standard_normal((_TRIALS, count))
-        for _ in range(_ROUNDS):  # cross-entropy: ever narrower normal distributions about the likeliest trials
-            likely = trials[np.argsort(self.log_density(trials))[-_LIKELY:]]
-            middle, spread = likely.mean(axis=0), np.atleast_2d(np.cov(likely.T)) + 1e-8 * np.eye(count)
+        for _ in range(_ROUNDS):  # cross-entropy: ever narrower normal distributions about the most likely trials
+            kept = trials[np.argsort(self.log_density(trials))[-_BEST_TRIALS:]]
+            middle, spread = kept.mean(axis=0), np.atleast_2d(np.cov(kept.T)) + 1e-8 * np.eye(count)
             more = random.multivariate_normal(middle, 2.0 * spread, _TRIALS // 5)
-            trials = np.concatenate([likely, more])
+            trials = np.concatenate([kept, more])
         return np.asarray(trials[np.argmax(self.log_density(trials))])
 
     def emulator_shares(self, at: FloatArray, errors: Sequence[FloatArray]) -> FloatArray:
-        """Standard deviation that the emulator's error makes of each unknown, over the posterior's, by slopes."""
+        """Standard deviation of each unknown by the emulator's error, over the posterior's, from slopes."""
         count = at.size
         steps = _STEP * np.eye(count)
         ahead, behind = self.amounts(at + steps), self.amounts(at - steps)
         information, made = np.eye(count), np.zeros((count, count))
-        for one, error, a, b in zip(self.evidence, errors, ahead, behind, strict=True):
+        for evidence, error, a, b in zip(self.evidence, errors, ahead, behind, strict=True):
             slopes = ((a - b) / (2.0 * _STEP)).T
-            weighted = one.widened(error).precision @ slopes
+            weighted = evidence.widened(error).precision @ slopes
             information += slopes.T @ weighted
             made += weighted.T @ error @ weighted
         posterior = np.linalg.inv(information)
@@ -110,9 +110,9 @@ class Draws:
     autocorrelation : float
         Longest autocorrelation time [steps].
     effective : float
-        Independent draws that would tell as much.
+        Equivalent number of independent draws.
     settled : bool
-        Whether the chains lasted long enough for that to be told.
+        Whether the chains are long enough for a reliable autocorrelation time.
     """
 
     normal: FloatArray
@@ -125,10 +125,10 @@ def draw_posterior(
     target: Target,
     best: FloatArray,
     seed: int,
-    heard: Callable[[int, int, str], None] | None = None,
+    report: Callable[[int, int, str], None] | None = None,
     most: int = _MOST_BLOCKS,
 ) -> Draws:
-    """Draws of a posterior; `heard` is told of blocks of steps, of which there are `most` at most.
+    """Draws of a posterior; `report` is called after each block of steps, of which there are `most` at most.
 
     Raises
     ------
@@ -151,8 +151,8 @@ def draw_posterior(
         state = sampler.run_mcmc(state, _BLOCK)
         length = block * _BLOCK
         time = float(np.max(sampler.get_autocorr_time(tol=0, discard=length // 4)))
-        if heard is not None:
-            heard(block, most, f"sampling, autocorrelation time {time:.3g} steps")
+        if report is not None:
+            report(block, most, f"sampling, autocorrelation time {time:.3g} steps")
         if length > _SETTLED * time:
             break
     burn = length // 4
@@ -162,7 +162,7 @@ def draw_posterior(
 
 
 def _starts(target: Target, best: FloatArray, walkers: int, random: np.random.Generator) -> FloatArray:
-    """Where walkers start: likely ones among draws of the prior and of ever narrower balls about the best place."""
+    """Starts of walkers: likely ones among draws of the prior and of ever narrower balls about the best point."""
     balls = [best + width * random.standard_normal((_TRIALS // 4, best.size)) for width in (1.0, 0.3, 0.1, 0.03)]
     trials = np.concatenate([random.standard_normal((_TRIALS, best.size)), *balls])
     densities = target.log_density(trials)

@@ -1,4 +1,4 @@
-"""Unknown fields of a scene: their priors, cut off at both ends, and the coordinates that samplers see."""
+"""Unknown fields of a scene: their priors, cut off at both ends, and their coordinates in samplers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["COEFFICIENT", "CUT", "Unknown", "Unknowns", "unknowns_of"]
 
 COEFFICIENT = "wear.coefficient_mm2_per_N"
 CUT = 0.002
-"""Share of a prior that is cut off at either end: emulators do not reach farther."""
+"""Fraction of a prior that is cut off at either end: emulators do not reach farther."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Unknown:
     key : str
     prior : Distribution
     short : str
-        Its name among all of an inference, if that is more than the last part of its key.
+        Its name in the inference, if that is more than the last part of its key.
     """
 
     key: str
@@ -38,7 +38,7 @@ class Unknown:
 
     @property
     def name(self) -> str:
-        """As much of its key as tells it from others."""
+        """Part of its key that distinguishes it from others."""
         return self.short or self.key.rpartition(".")[2]
 
     @cached_property
@@ -88,16 +88,16 @@ class Unknowns:
     @property
     def keys(self) -> tuple[str, ...]:
         """Dotted keys."""
-        return tuple(one.key for one in self.every)
+        return tuple(unknown.key for unknown in self.every)
 
     @property
     def solved(self) -> tuple[int, ...]:
-        """Places of those that a run depends on: all but the wear coefficient."""
-        return tuple(k for k, one in enumerate(self.every) if one.key != COEFFICIENT)
+        """Indices of those on which a run depends: all but the wear coefficient."""
+        return tuple(k for k, unknown in enumerate(self.every) if unknown.key != COEFFICIENT)
 
     def values(self, normal: FloatArray) -> FloatArray:
         """Values (point, field) from numbers that are standard normal under the priors."""
-        return np.stack([one.values(normal[:, k]) for k, one in enumerate(self.every)], axis=1)
+        return np.stack([unknown.values(normal[:, k]) for k, unknown in enumerate(self.every)], axis=1)
 
     def inputs(self, values: FloatArray) -> FloatArray:
         """Inputs of a model (point, field) at values (point, unknown)."""
@@ -106,18 +106,18 @@ class Unknowns:
 
     def stretch(self, values: FloatArray) -> FloatArray:
         """Wear coefficient over that of runs, (point,)."""
-        for k, one in enumerate(self.every):
-            if one.key == COEFFICIENT:
+        for k, unknown in enumerate(self.every):
+            if unknown.key == COEFFICIENT:
                 return np.asarray(values[:, k] / self.coefficient)
         return np.ones(values.shape[0])
 
     @property
     def greatest_stretch(self) -> float:
         """Greatest wear coefficient over that of runs."""
-        return max((one.ends[1] / self.coefficient for one in self.every if one.key == COEFFICIENT), default=1.0)
+        return max((own.ends[1] / self.coefficient for own in self.every if own.key == COEFFICIENT), default=1.0)
 
 
 def unknowns_of(priors: Mapping[str, Distribution], coefficient: float) -> Unknowns:
-    """Unknown fields with sound priors."""
+    """Unknown fields with valid priors."""
     names = short_names(priors)
     return Unknowns(tuple(Unknown(key, prior, names[key]) for key, prior in priors.items()), coefficient)

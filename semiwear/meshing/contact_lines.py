@@ -3,7 +3,7 @@
 A slice is a curve of constant `face` on the driven flank. In each slice the separation has one minimum along
 the profile; the minima of all slices are the contact line (the valley), or its continuation along a border of
 either flank. Around its minimum each slice keeps a quartic in the profile coordinate, so that a worn flank can
-be searched without asking geometry again.
+be searched without evaluating the geometry again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from semiwear.meshing.least_separation import least_places, with_far_terms
 
 __all__ = ["ContactLines", "change_along_line", "end_rounding", "face_stations", "trace_contact_lines"]
 
-_SAMPLES = 25  # across a slice; the separation is convex there, so this only brackets its minimum
+_SAMPLES = 25  # across a slice, to bracket the minimum of the convex separation
 _SHARP = 5e-8  # of the base pitch: a nanometre at a module of some mm
 _STEP = 0.02  # of the flank's height, for the five-point differences
 
@@ -32,7 +32,7 @@ class ContactLines:
     Attributes
     ----------
     roll : (K,) array
-        Roll positions, growing.
+        Roll positions, rising.
     face : (S,) array [mm]
         Face stations: the middles of equal slices.
     profile : array [mm]
@@ -47,7 +47,7 @@ class ContactLines:
     spacing : array
         Distance normal to the line per profile coordinate [mm/mm].
     length : array [mm]
-        Length of the line in the slice: of a straight one as wide as the slice with the direction in its middle. Line
+        Length of the line in the slice, taken as straight with the direction in the middle of the slice. Line
         loads are forces over it.
     arc : array [mm]
         Arc length along the line, from the first slice.
@@ -58,11 +58,11 @@ class ContactLines:
     lever_arm : array [mm]
         Approach per unit rotation of the driving body.
     driving_profile : array [mm]
-        Profile coordinate of the driving flank that is met.
+        Profile coordinate of the mating point on the driving flank.
     driving_slope : array
         Its derivative by the profile coordinate of the driven flank.
     driving_face : array [mm]
-        Face coordinate of the driving flank that is met.
+        Face coordinate of the mating point on the driving flank.
     low_edge_radius, high_edge_radius : array [mm]
         Radius of the edge at either end; zero where the end is no edge (the start of a fillet).
     """
@@ -91,7 +91,7 @@ class ContactLines:
         return np.asarray(self.separation[2] / self.spacing**2)
 
     def on_driving(self, profile: FloatArray) -> FloatArray:
-        """Profile coordinate of the driving flank that meets one of the driven flank [mm], (roll, face) both."""
+        """Profile coordinate of the driving flank that mates with one of the driven flank [mm], (roll, face) both."""
         return self.driving_profile + self.driving_slope * (profile - self.profile)
 
     def every(self, step: int) -> ContactLines:
@@ -105,14 +105,14 @@ class ContactLines:
 
 
 def _rounded(radius: float, base_pitch: float) -> float:
-    """Radius of an edge, 0 of one that is as good as sharp [mm]."""
+    """Radius of an edge [mm], 0 if it is practically sharp."""
     return radius if radius > _SHARP * base_pitch else 0.0
 
 
 def face_stations(pair: FlankPair, slices: int) -> FloatArray:
     """Middles of equal slices of the driven flank [mm], whole ones between the roundings of both flanks' ends.
 
-    Of a pair at its nominal place: every load case has the same slices.
+    The pair stands at its nominal place, so that every load case has the same slices.
     """
     ends = np.array(pair.face_limits)
     borders, inwards = pair.borders(ends), np.array([1.0, -1.0])
@@ -138,7 +138,7 @@ def end_rounding(distance: FloatArray, radius: float) -> FloatArray:
     Returns
     -------
     array [mm]
-        Zero inside, the sagitta of the arc in the rounding; outside, the flank's rotation apart: infinite.
+        Zero inside, the sagitta of the arc in the rounding, infinite outside.
     """
     into = np.maximum(radius - distance, 0.0)
     sagitta = radius - np.sqrt(np.maximum(radius**2 - into**2, 0.0))
@@ -150,7 +150,7 @@ def change_along_line(
 ) -> FloatArray:
     """Derivative by the face coordinate of (roll, face, ...) values along contact lines.
 
-    A line bends where it runs onto a border of either flank: no difference is taken across such a place.
+    A line has a kink where it runs onto a border of either flank: no difference is taken across it.
     """
     if face.size < 2:
         return np.zeros_like(values)
@@ -158,7 +158,7 @@ def change_along_line(
     onward = np.diff(values, axis=1) / np.diff(face).reshape(-1, *[1] * (values.ndim - 2))
     side = (profile >= high).astype(np.int8) - (profile <= low)
     alike = side[:, 1:] == side[:, :-1]
-    bends = np.ones((len(alike), 1), dtype=bool), ~alike  # at the end of a line there is no difference either
+    bends = np.ones((len(alike), 1), dtype=bool), ~alike  # nor across the ends of a line
     before, after = np.concatenate(bends, axis=1), np.concatenate(bends[::-1], axis=1)
     at = np.nonzero(before & ~after)
     change[at] = onward[at]
@@ -184,7 +184,7 @@ def _start_of_line(
     wide = np.broadcast_to(samples[None], met.driving_profile.shape)
     place_0 = take(wide, last[..., None], -1)[..., 0]
     place_1 = take(wide, last[..., None] + 1, -1)[..., 0]
-    # inside the driving body's base circle, where its flank ends, nothing changes along a slice
+    # inside the driving body's base circle, where its flank ends, values are constant along a slice
     slope = (value_1 - value_0) / (place_1 - place_0)
     slope = np.where(slope == 0.0, np.inf, slope)
     cut = place_0 + (driving_tip - value_0) / slope
@@ -202,7 +202,7 @@ def _start_of_line(
 
 
 def _beyond_the_tip(pair: FlankPair, roll: FloatArray, face: FloatArray) -> BoolArray:
-    """Slices that the driving flank does not reach even with its nominal tip, (roll, face)."""
+    """Slices beyond the nominal tip of the driving flank, (roll, face)."""
     borders = pair.borders(face, sharp=True)
     return pair.meeting(face[None], borders.tip[None], roll[:, None]).driving_profile > borders.driving_tip
 
@@ -215,8 +215,8 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     borders = pair.borders(face, sharp=sharp)
     low, guess = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.driving_tip)
     high = np.broadcast_to(borders.tip, low.shape)
-    usual = _STEP * float(np.mean(borders.tip - borders.root))
-    least = least_places(pair, roll, face, guess, usual, (low, high))
+    normal_step = _STEP * float(np.mean(borders.tip - borders.root))
+    least = least_places(pair, roll, face, guess, normal_step, (low, high))
     met, step, profile = least.met, least.step, least.profile
     moved = profile - least.at
     f, first, second, third, fourth = least.derivatives
@@ -229,7 +229,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
             fourth,
         ]
     )
-    separation = with_far_terms(pair, roll, face, least, usual, separation)
+    separation = with_far_terms(pair, roll, face, least, normal_step, separation)
     position, slope = met.position[2], (met.position[3] - met.position[1]) / (2.0 * step[..., None])
     position = position + slope * moved[..., None]
 

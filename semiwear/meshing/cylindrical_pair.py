@@ -81,7 +81,7 @@ class _Flank:
 
     @property
     def tip_turn(self) -> float:
-        """By which the outline turns at the tip: 90 degrees less the pressure angle there [rad]."""
+        """Angle by which the outline turns at the tip: 90 degrees less the pressure angle there [rad]."""
         return 0.5 * pi - float(np.arctan(self.tooth.tip_roll_angle))
 
     def body(self, width: float, start: float, sense: int) -> PrismBody:
@@ -185,7 +185,7 @@ class CylindricalMesh:
 
     @property
     def difference_steps(self) -> tuple[float, float]:
-        """Flanks are formulas."""
+        """Steps for flanks given by formulas."""
         return EXACT_STEPS
 
     @property
@@ -206,7 +206,7 @@ class CylindricalMesh:
 
     @cached_property
     def base_profiles(self) -> tuple[float, float]:
-        """On the base cylinders of pinion and gear [mm]."""
+        """Profile coordinates of the base cylinders of pinion and gear [mm]."""
         pinion, gear = self._flanks
         return float(pinion.profile_from_roll(0.0)), float(gear.profile_from_roll(0.0))
 
@@ -232,7 +232,7 @@ class CylindricalMesh:
 
     @cached_property
     def pitch_point(self) -> FloatArray:
-        """On the line between the axes, in the middle of the gear's face [mm]."""
+        """Pitch point on the line between the axes, in the middle of the gear's face [mm]."""
         return np.array([0.0, -self.working_radii[0], 0.0])
 
     @property
@@ -327,11 +327,11 @@ class CylindricalMesh:
     def driven_velocity(self, position: FloatArray) -> FloatArray:
         """Velocity of the gear [mm per radian of pinion rotation]: an external one turns about +z."""
         speed = self.gear.side * self.transmission_ratio
-        away = position - self._gear_centre
-        return speed * np.stack([-away[..., 1], away[..., 0], np.zeros(position.shape[:-1])], axis=-1)
+        arm = position - self._gear_centre
+        return speed * np.stack([-arm[..., 1], arm[..., 0], np.zeros(position.shape[:-1])], axis=-1)
 
     def lever_arm(self, position: FloatArray) -> FloatArray:
-        """r_b1 cos(beta_b), wherever the contact is [mm]."""
+        """Lever arm r_b1 cos(beta_b), the same at every contact point [mm]."""
         return np.full(position.shape[:-1], self._lever)
 
     def flank_place(self, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:

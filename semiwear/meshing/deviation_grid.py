@@ -1,4 +1,4 @@
-"""Files with a grid of deviations of a flank, measured or wished.
+"""Files with a grid of flank deviations, measured or specified.
 
 Sign: a deviation counts positive for material in excess of the nominal flank, as on the charts of ISO 1328-1. The
 flank is set so that its highest material keeps the nominal place: removed depth = greatest deviation - deviation.
@@ -39,12 +39,12 @@ from semiwear.targets import file_target, naming
 
 __all__ = ["DeviationGrid", "read_deviation_grid", "write_deviation_grid"]
 
-_LEAST_POINTS = 4  # each way: what a cubic needs
-_GREATEST = 5000.0  # um: more is a mistake of units
+_LEAST_POINTS = 4  # each way, for a cubic spline
+_GREATEST = 5000.0  # um: larger ones come from wrong units
 _UM = 1e-3  # mm
 _UNITS = ("1", "mm")
 _MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-_FINER = 8  # places to a cell of the grid in which the highest material is looked for
+_FINER = 8  # points to a cell of the grid in the search for the highest material
 _ALLOWED = "a .nc or .csv file with a grid of deviations in um"
 
 
@@ -53,12 +53,12 @@ class DeviationGrid:
     """Deviations of a flank on a grid.
 
     Between grid points a bicubic spline runs through all of them (degree 3 both ways, continuous curvature); beyond
-    the measured area the deviation of its border goes on.
+    the measured area the deviation of its border is continued.
 
     Attributes
     ----------
     profile, face : (P,), (F,) arrays
-        Growing coordinates: fractions or distances [mm], see the module.
+        Rising coordinates: fractions or distances [mm], see the module.
     deviation : (P, F) array [mm]
         Positive: material in excess.
     profile_unit, face_unit : str
@@ -86,7 +86,7 @@ class DeviationGrid:
 
     @property
     def span(self) -> float:
-        """Highest less lowest deviation given [mm]."""
+        """Highest less lowest of the given deviations [mm]."""
         return float(np.ptp(self.deviation))
 
     def removed(
@@ -124,20 +124,20 @@ def _checked(
     if min(deviation.shape) < _LEAST_POINTS:
         found = f"{name}: {profile.size} x {face.size} points"
         raise SceneError.of(field, found, f"{_LEAST_POINTS} x {_LEAST_POINTS} points or more", "give a finer grid")
-    for what, values in (("profile", profile), ("face", face), ("deviation", deviation)):
+    for axis, values in (("profile", profile), ("face", face), ("deviation", deviation)):
         if not np.all(np.isfinite(values)):
             where = tuple(int(k) for k in np.argwhere(~np.isfinite(values))[0])
-            found = f"{name}: {what} {where} is {float(values[where])}"
+            found = f"{name}: {axis} {where} is {float(values[where])}"
             raise SceneError.of(field, found, "finite numbers", "fill the gaps of the grid or cut them off")
-    for what, values, unit in (("profile", profile, units[0]), ("face", face, units[1])):
+    for axis, values, unit in (("profile", profile, units[0]), ("face", face, units[1])):
         if unit not in _UNITS:
-            found = f"{name}: {what} in {unit!r}"
+            found = f"{name}: {axis} in {unit!r}"
             raise SceneError.of(field, found, '"1" (fractions of the flank) or "mm"', "convert the coordinates")
         if np.any(np.diff(values) <= 0.0):
             fix = "sort the grid, and give each coordinate once"
-            raise SceneError.of(field, f"{name}: {what} coordinates do not grow", "strictly growing coordinates", fix)
+            raise SceneError.of(field, f"{name}: {axis} coordinates do not grow", "strictly growing coordinates", fix)
         if unit == "1" and (values[0] < -1e-9 or values[-1] > 1.0 + 1e-9):
-            found = f"{name}: {what} from {values[0]:g} to {values[-1]:g}"
+            found = f"{name}: {axis} from {values[0]:g} to {values[-1]:g}"
             raise SceneError.of(field, found, "fractions of the flank, 0 to 1", 'say "mm" if these are millimetres')
     if np.abs(deviation).max() > _GREATEST:
         found = f"{name}: a deviation of {np.abs(deviation).max():g} um"
@@ -151,14 +151,14 @@ def read_deviation_grid(path: str | os.PathLike[str], field: str = "deviations")
     Parameters
     ----------
     path : path
-        A .nc or .csv file, laid out as the module says.
+        A .nc or .csv file in the layout of this module.
     field : str
-        Key of the scene that asked for it, for the error.
+        Key of the scene that names the file, for the error.
 
     Raises
     ------
     SceneError
-        Naming the file, what is wrong with it and what to do.
+        Naming the file, its fault and the remedy.
     """
     file = Path(path)
     _suffix(field, file)
@@ -183,7 +183,7 @@ def write_deviation_grid(
     path : path
         An existing file is replaced.
     profile, face : (P,), (F,) arrays
-        Growing coordinates in their units, ``"1"`` (fractions) or ``"mm"``.
+        Rising coordinates in their units, ``"1"`` (fractions) or ``"mm"``.
     deviation : (P, F) array [um]
         Positive: material in excess.
 

@@ -1,4 +1,4 @@
-"""The driving flank's own grid, and how the slices of the driven flank meet it."""
+"""Grid of the driving flank, and its mating points with the slices of the driven flank."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from semiwear.threads import in_loose_shares
 __all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
 
 _MOST_PARTS = 4  # of a cell of the driven flank
-_FOR_SLOPES = 2  # nodes to either side that the slope at a node takes in
+_FOR_SLOPES = 2  # nodes to either side that contribute to the slope at a node
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
 
 
@@ -39,7 +39,7 @@ def driving_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
 
 @inner_njit(cache=True, error_model="numpy")
 def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
-    """Station below a face coordinate and the weight of the next one; a weight below 0 or above 1 lies beyond."""
+    """Station below a face coordinate and the weight of the next one; below 0 or above 1 beyond the stations."""
     x = (face - first) / step
     low = min(max(int(np.floor(x)), 0), stations - 2)
     return low, x - low
@@ -56,7 +56,7 @@ def _at_station(depth, low, weight, own, split, first, end, here, slope):  # typ
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, everywhere, out):  # type: ignore[no-untyped-def]
-    """Depth of both flanks at nodes in windows; elsewhere that of the driven one, if `everywhere` is wanted."""
+    """Depth of both flanks at nodes in windows; elsewhere that of the driven one alone, if `everywhere`."""
     profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
@@ -64,10 +64,10 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
         before_low, before_weight, known, known_end = -1, 0.0, 0, 0
         for k in range(profile.shape[0]):
             first, end = windows[k, i]
-            lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
+            fresh = unworn[k if unworn.shape[0] > 1 else 0, i]
             if first == end:
                 for p in range(driven.shape[1] if everywhere else 0):
-                    out[k, i, p] = lacking[p] + driven[i, p]
+                    out[k, i, p] = fresh[p] + driven[i, p]
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
@@ -77,7 +77,7 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
             lowest, highest = locate(own, split, min(start, stop))[0], locate(own, split, max(start, stop))[0] + 2
             if low != before_low or weight != before_weight or lowest > known_end or highest < known:
                 before_low, before_weight, known, known_end = low, weight, lowest, lowest
-            # on a spur gear a slice meets one and the same
+            # on a spur gear a slice always mates with the same station
             if lowest < known:
                 _at_station(depth, low, weight, own, split, lowest, known, here, slope)
                 known = lowest
@@ -88,20 +88,20 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
                 place = on_line + turns * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
                 before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
-                theirs = cubic(here[cell], here[cell + 1], before, slope[cell + 1], x)
-                out[k, i, p] = lacking[p] + driven[i, p] + max(theirs, 0.0)
+                driving = cubic(here[cell], here[cell + 1], before, slope[cell + 1], x)
+                out[k, i, p] = fresh[p] + driven[i, p] + max(driving, 0.0)
 
 
 @dataclass(frozen=True)
 class DrivingFlank:
-    """The driving flank: nodes of its own, and where the slices of all roll positions meet them.
+    """Grid of the driving flank, and the mating points of the slices of all roll positions on it.
 
     Attributes
     ----------
     grid : FlankGrid
         Nodes of the driving flank; the same in every slice.
     driven : FinerGrid
-        Where the driven flank meets it.
+        Nodes of the driven flank at which the driving one's wear is interpolated.
     lines : ContactLines
     near : (roll, face) bool array
         Slices that can touch.
@@ -121,23 +121,23 @@ class DrivingFlank:
         windows: IntArray | None = None,
         into: FloatArray | None = None,
     ) -> FloatArray:
-        """Depth of both flanks where the nodes of `driven` meet, (roll, face, profile) [mm].
+        """Depth of both flanks at the nodes of `driven` and their mating points, (roll, face, profile) [mm].
 
         Parameters
         ----------
         depth : (face, profile) array [mm]
             Of the driving flank on `grid`.
         driven : (face, profile) array [mm]
-            Wear of the driven one on the nodes of `driven`.
+            Wear of the driven flank at the nodes of `driven`.
         unworn : (rows, face, profile) array [mm]
-            What unworn flanks lack there; one row, or one a roll position.
+            Material removed from unworn flanks there; one row, or one per roll position.
         slices : int array, optional
-            To do; nothing is known of the others.
+            To compute; the others are not filled.
         windows : (roll, face, 2) int array, optional
-            First node and the one behind the last to do; everything else is not known. By default all nodes, where
+            First node to compute and the one behind the last; the rest is not filled. By default all nodes, where
             slices that cannot touch have no wear of the driving flank.
         into : array, changed, optional
-            Memory that is used again.
+            Array to reuse for the result.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         out = np.empty(shape) if into is None else into
@@ -147,8 +147,8 @@ class DrivingFlank:
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
-        def meet(share: IntArray) -> None:
-            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, everywhere, out)
+        def meet(part: IntArray) -> None:
+            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, part, everywhere, out)
 
         in_loose_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
@@ -174,17 +174,17 @@ class DrivingFlank:
 
 @dataclass(frozen=True, eq=False)
 class PassedStations:
-    """Stations of the driving flank between the slices that meet it beside them; arrays are (roll, station).
+    """Interpolation from slices of contact lines to stations of the driving flank; arrays are (roll, station).
 
-    What is known in the slices of contact lines is known at face coordinates of the driving flank that are not its
-    stations: on a face gear, and where the pinion is displaced along its axis.
+    Values in the slices of contact lines belong to face coordinates of the driving flank that differ from its
+    stations on a face gear, and where the pinion is displaced along its axis.
 
     Attributes
     ----------
     lower, upper : int arrays
-        Slices that meet the driving flank on either side of the station.
+        Slices whose mating points lie on either side of the station.
     weight : array
-        Of the upper one; 0 and 1 hold beyond the first and the last slice.
+        Weight of the upper one; 0 and 1 beyond the first and the last slice.
     passed : bool array
         Whether the station lies within a slice, which reaches half-way to the next one.
     """
@@ -196,14 +196,14 @@ class PassedStations:
 
     @classmethod
     def of(cls, driving_face: FloatArray, stations: FloatArray) -> PassedStations:
-        """Where stations lie among slices.
+        """Position of stations among slices.
 
         Parameters
         ----------
         driving_face : (roll, face) array [mm]
-            Face coordinate of the driving flank that every slice meets.
+            Face coordinate of each slice's mating point on the driving flank.
         stations : (station,) array [mm]
-            Growing.
+            Rising.
         """
         shape, slices = (driving_face.shape[0], stations.size), driving_face.shape[1]
         lower, upper = np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64)
@@ -227,9 +227,9 @@ class PassedStations:
         return np.asarray(self.passed & np.take_along_axis(chosen, self._nearest, axis=1))
 
     def read_within(self, values: FloatArray, chosen: BoolArray) -> FloatArray:
-        """The same of chosen slices: linear between two of them, otherwise that of the slice around the station."""
+        """As `read`, from chosen slices: linear between two of them, else that of the slice around the station."""
         both = np.take_along_axis(chosen, self.lower, axis=1) & np.take_along_axis(chosen, self.upper, axis=1)
-        with np.errstate(invalid="ignore"):  # of what is infinite, or not known in slices that are not chosen
+        with np.errstate(invalid="ignore"):  # values that are infinite, or not filled in other slices
             between = self.read(values)
         own = np.take_along_axis(values, self._nearest, axis=1)
         return np.where(both & np.isfinite(between), between, own)
@@ -240,7 +240,7 @@ class PassedStations:
 
 
 def driving_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> DrivingFlank:
-    """The driving flank with as many nodes as the driven one, and where its wear is met.
+    """The driving flank with as many nodes as the driven one, and its mating points.
 
     Parameters
     ----------

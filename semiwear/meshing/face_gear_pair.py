@@ -19,7 +19,7 @@ from semiwear.scene import Placement
 __all__ = ["FaceGearMesh"]
 
 _ARCSEC = 180.0 * 3600.0 / pi
-_GEAR_SECTIONS = 9  # with seven, root stress near the inner end, where undercut shapes the fillet, swings by 5 %
+_GEAR_SECTIONS = 9  # with seven, root stress near the inner end, where undercut shapes the fillet, varies by 5 %
 
 
 def _edge_inset(edge_radius: float, turn: float | FloatArray) -> FloatArray:
@@ -73,7 +73,7 @@ class FaceGearMesh:
 
     @property
     def difference_steps(self) -> tuple[float, float]:
-        """Flanks are formulas."""
+        """Steps for flanks given by formulas."""
         return EXACT_STEPS
 
     @property
@@ -88,7 +88,7 @@ class FaceGearMesh:
 
     @cached_property
     def base_profiles(self) -> tuple[float, float]:
-        """On the base circles of the pinion and of the shaper that generates the gear [mm]."""
+        """Profile coordinates of the base circles of the pinion and of the shaper that generates the gear [mm]."""
         return float(self.pinion.profile_from_roll(np.zeros(()))), float(self.gear.profile_from_roll(0.0))
 
     @property
@@ -113,7 +113,7 @@ class FaceGearMesh:
 
     @property
     def pitch_point(self) -> FloatArray:
-        """On the line between the axes, at the pitch radii [mm]."""
+        """Pitch point on the line between the axes, at the pitch radii [mm]."""
         return np.array([0.0, -self.gear.shaper_pitch_radius, self.gear.pitch_radius])
 
     @property
@@ -203,7 +203,7 @@ class FaceGearMesh:
         return self.transmission_ratio * np.stack([-position[..., 2], zero, position[..., 0]], axis=-1)
 
     def lever_arm(self, position: FloatArray) -> FloatArray:
-        """Base radius of the pinion, wherever the contact is [mm]."""
+        """Base radius of the pinion, the same at every contact point [mm]."""
         return np.full(position.shape[:-1], self.pinion.base_radius)
 
     def flank_place(self, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -220,7 +220,7 @@ class FaceGearMesh:
         return self.gear.profile_from_height(face, height)
 
     def pitch_profile(self, face: FloatArray) -> FloatArray:
-        """Where the gear's flank crosses the pitch cone of the pair [mm]."""
+        """Profile coordinate where the gear's flank crosses the pitch cone of the pair [mm]."""
         # the cone's height above the pitch plane falls linearly with the distance from the gear axis
         height = self.pinion.pitch_radius * (1.0 - np.asarray(face) / self.gear.pitch_radius)
         return self.gear.profile_from_height(face, height)

@@ -1,7 +1,7 @@
-"""The driven flank's nodes where the driving flank's wear is read: closer together, and on beyond the tip.
+"""Finer nodes of the driven flank at which the driving flank's wear is interpolated, continued beyond the tip.
 
-A tooth's tip passes the other's flank near its root several times as fast as its own: between the nodes of the driven
-flank there would be depths of the driving one that nothing ever meets, and so never wears. The rounding of the tip
+The contact passes the flank of one tooth near its root much more slowly than the other's near its tip: between the
+nodes of the driven flank, points of the driving one would never be met and so never wear. The rounding of the tip
 presses on the wall at the end of its own path.
 """
 
@@ -25,13 +25,13 @@ class FinerGrid(FlankGrid):
     Attributes
     ----------
     parts : int
-        Of every cell of the grid.
+        Parts of every cell of the grid.
     """
 
     parts: int
 
     def from_grid(self, values: FloatArray) -> FloatArray:
-        """Values on the grid's own nodes (..., face, profile) on these: as `smooth_value`, even beyond the tip."""
+        """Values at the grid's nodes (..., face, profile), by `smooth_value` at these; constant beyond the tip."""
         own = np.ascontiguousarray(self.profile[:, : (values.shape[-1] - 1) * self.parts + 1 : self.parts])
         rows = np.ascontiguousarray(values).reshape(-1, *values.shape[-2:])
         inside = _read(rows, own, self.split // self.parts, self.parts).reshape(*values.shape[:-1], -1)
@@ -40,7 +40,7 @@ class FinerGrid(FlankGrid):
 
 
 def finer_grid(grid: FlankGrid, parts: int, beyond: float) -> FinerGrid:
-    """The nodes of a grid with its cells cut into `parts`, and as many beyond its tip as reach so far [mm]."""
+    """The nodes of a grid with its cells cut into `parts`, continued beyond its tip by a distance [mm]."""
     spacing = (grid.profile[:, -1:] - grid.profile[:, -2:-1]) / parts
     steps = np.arange(int(np.ceil(beyond / spacing.min())) + 1)
     beyond_tip = grid.profile[:, -1:] + spacing * steps
@@ -48,7 +48,7 @@ def finer_grid(grid: FlankGrid, parts: int, beyond: float) -> FinerGrid:
 
 
 def _cut(values: FloatArray, parts: int) -> FloatArray:
-    """Values at the beginnings of the parts of all cells, straight between nodes (..., profile)."""
+    """Values at the beginnings of the parts of all cells, linear between nodes (..., profile)."""
     between = values[..., :-1, None] + np.diff(values)[..., None] * (np.arange(parts) / parts)
     return between.reshape(*values.shape[:-1], -1)
 

@@ -1,4 +1,4 @@
-"""Area of a flank that the nodes of its grid stand for."""
+"""Area of a flank for each node of its grid."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
     ----------
     pair : FlankPair
     body : int
-        Whose flank.
+        Body whose flank it is.
     grid : FlankGrid
         Of that flank, in even slices.
     """
@@ -35,7 +35,7 @@ def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
 
 @lru_cache(maxsize=16)
 def _area(pair: FlankPair, body: int, faces: bytes, profiles: bytes) -> FloatArray:
-    """Found once for equal grids, as every wear state of a run and runs of equal geometry have them."""
+    """Computed once for equal grids, which all wear states of a run and runs of equal geometry share."""
     face = np.frombuffer(faces)[:, None]
     profile = np.frombuffer(profiles).reshape(face.size, -1)
     step = _STEP * float(np.ptp(profile))

@@ -1,6 +1,6 @@
-"""Deviations of flanks that a scene's effects bring: material that is missing before any wear.
+"""Flank deviations from a scene's effects: material removed before any wear.
 
-`DEVIATIONS` lists the effects that bring one; each is a function of the place on the flank of one body.
+`DEVIATIONS` lists the effects that give one; each is a function of the place on the flank of one body.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _UM = 1e-3  # mm
 
 
 class FlankDeviation(Protocol):
-    """Material missing from a flank, along its normal."""
+    """Material removed from a flank, along its normal."""
 
     @property
     def tallest(self) -> float:
@@ -34,7 +34,7 @@ class FlankDeviation(Protocol):
     def depth(
         self, profile: ArrayLike, face: ArrayLike, root: ArrayLike, tip: ArrayLike, ends: tuple[float, float]
     ) -> FloatArray:
-        """Material missing at flank points [mm], as `FlankModification.depth`: never below 0."""
+        """Material removed at flank points [mm], as `FlankModification.depth`; >= 0."""
 
 
 def _modification(table: Value, name: str) -> FlankModification:
@@ -57,11 +57,11 @@ DEVIATIONS: Mapping[str, tuple[int, Callable[[Value, str], FlankDeviation]]] = {
     "modification.pinion": (DRIVING, _modification),
     "modification.gear": (DRIVEN, _modification),
 }
-"""By the name of an effect, the body whose flank deviates, and how the effect's table and name become a deviation."""
+"""By the name of an effect: the body whose flank deviates, and the deviation from the effect's table and name."""
 
 
 def deviations_of(present: Iterable[tuple[str, EffectTable]], body: int) -> tuple[FlankDeviation, ...]:
-    """Deviations that effects bring to the flank of a body.
+    """Deviations of the flank of a body from the scene's effects.
 
     Parameters
     ----------
@@ -74,15 +74,15 @@ def deviations_of(present: Iterable[tuple[str, EffectTable]], body: int) -> tupl
 
 
 def tallest(present: Iterable[tuple[str, EffectTable]]) -> float:
-    """The most that deviations of both flanks can set a slice back against another [mm]."""
+    """Greatest difference in gap between two slices by the deviations of both flanks [mm]."""
     listed = list(present)
-    return sum((one.tallest for body in (DRIVING, DRIVEN) for one in deviations_of(listed, body)), 0.0)
+    return sum((part.tallest for body in (DRIVING, DRIVEN) for part in deviations_of(listed, body)), 0.0)
 
 
 def depth_between(
     present: Iterable[tuple[str, EffectTable]], pair: FlankPair, lines: ContactLines, grid: FlankGrid
 ) -> FloatArray | None:
-    """Material that deviations take off both flanks where the driven flank's nodes meet.
+    """Material removed from both flanks by deviations, at the driven flank's nodes and their mating points.
 
     Returns
     -------
@@ -93,17 +93,17 @@ def depth_between(
     depth: FloatArray | None = None
     if driven or driving:
         borders = pair.borders(grid.face)
-    for one in driven:
+    for deviation in driven:
         ends = (borders.root[:, None], borders.tip[:, None])
-        own = one.depth(grid.profile, grid.face[:, None], *ends, borders.face)[None]
+        own = deviation.depth(grid.profile, grid.face[:, None], *ends, borders.face)[None]
         depth = own if depth is None else own + depth
     if driving:
-        away = grid.profile - lines.profile[..., None]
-        profile = lines.driving_profile[..., None] + lines.driving_slope[..., None] * away
+        from_line = grid.profile - lines.profile[..., None]
+        profile = lines.driving_profile[..., None] + lines.driving_slope[..., None] * from_line
         face = np.broadcast_to(lines.driving_face[..., None], profile.shape)
-        near = (lines.separation[0] < np.inf)[..., None]
-    for one in driving:
-        met = one.depth(profile, face, borders.driving_root, borders.driving_tip, borders.driving_face)
-        met = np.where(near, met, 0.0)
+        can_touch = (lines.separation[0] < np.inf)[..., None]
+    for deviation in driving:
+        met = deviation.depth(profile, face, borders.driving_root, borders.driving_tip, borders.driving_face)
+        met = np.where(can_touch, met, 0.0)
         depth = met if depth is None else met + depth
     return depth

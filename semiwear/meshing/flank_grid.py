@@ -1,8 +1,8 @@
-"""Grid of the driven flank on which wear is kept.
+"""Grid of the driven flank for its wear depth.
 
 Each slice carries `profile_points` nodes from the root end of its flank to the tip end. Where
 the pitch surface crosses the slice, a node lies on it and the spacing may change there, so that the cusp of the wear
-at vanishing sliding falls on a grid line and is never smeared.
+at vanishing sliding falls on a grid line and is not smeared.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class FlankGrid:
     ----------
     face : (S,) array [mm]
     profile : (S, P) array [mm]
-        Profile coordinate of the nodes, growing from root to tip.
+        Profile coordinate of the nodes, rising from root to tip.
     split : (S,) int array
         Index of the node on the pitch surface; P - 1 where the slice does not cross it.
     """
@@ -56,7 +56,7 @@ class FlankGrid:
         values : (S, P) array
         face : float [mm]
         profile_of_face : (S,) array [mm]
-            Profile coordinate at which each slice is read.
+            Profile coordinate in each slice.
         """
         low, weight = self.bracket(face)
         pair = [
@@ -71,12 +71,12 @@ class FlankGrid:
 
 
 def between_stations(stations: FloatArray, face: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Station below each face coordinate, and the weight of the next one; the end stations hold beyond them.
+    """Station below each face coordinate, and the weight of the next one; the end stations apply beyond them.
 
     Parameters
     ----------
     stations : (S,) array [mm]
-        Growing.
+        Rising.
     face : array [mm]
 
     Returns
@@ -96,14 +96,14 @@ def at_places(nodes: FloatArray, values: FloatArray, places: FloatArray) -> Floa
 def at_points(
     stations: FloatArray, nodes: FloatArray, values: FloatArray, face: FloatArray, places: FloatArray
 ) -> FloatArray:
-    """Values on a flank's nodes at any of its points; linear between nodes and between stations, held beyond them.
+    """Values at any points of a flank from its nodes; linear between nodes and stations, constant beyond them.
 
     Parameters
     ----------
     stations : (S,) array [mm]
-        Growing; two or more.
+        Rising; two or more.
     nodes, values : (S, P) arrays
-        Profile coordinate [mm] of the nodes, and what is known there.
+        Profile coordinate [mm] and values of the nodes.
     face, places : arrays of one shape [mm]
         Face and profile coordinates of the points.
 
@@ -139,7 +139,7 @@ def flank_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
 
 @inner_njit(cache=True, error_model="numpy")
 def locate(profile, split, place):  # type: ignore[no-untyped-def]
-    """Cell and fraction of a place in one slice's nodes; places off the nodes are held at the ends."""
+    """Cell and fraction of a place in one slice's nodes; places beyond the nodes count as the ends."""
     last = profile.shape[0] - 1
     if place <= profile[0]:
         return 0, 0.0
@@ -156,9 +156,9 @@ def locate(profile, split, place):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def first_from(rising, value):  # type: ignore[no-untyped-def]
-    """First of some rising numbers, such as nodes, that is not less than a value; their count where all are less.
+    """Index of the first of rising numbers that is not less than a value; their count if all are less.
 
-    By halves, as `numpy.searchsorted`, whose compilation takes half a second.
+    By bisection, as `numpy.searchsorted`, whose compilation takes half a second.
     """
     low, high = 0, rising.shape[0]
     while low < high:
@@ -172,7 +172,7 @@ def first_from(rising, value):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _minmod(a, b):  # type: ignore[no-untyped-def]
-    """The smaller of two of one sign; zero when they differ in sign."""
+    """The smaller of two numbers of one sign; zero if they differ in sign."""
     if a * b <= 0.0:
         return 0.0
     return a if abs(a) < abs(b) else b
@@ -183,17 +183,17 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
     """Change per cell at a node: that of the parabola through its neighbours, limited so that no new crest arises.
 
     Per cell below the node; at the first node, per cell above. Zero beside the wall of a groove, the parabola's at
-    the smooth top of a ridge: Huynh (1993), monotone cubics that keep their accuracy at extrema. Thrice the smaller
-    change to either side is allowed at a top as it is on a slope, where Huynh has the bends beside it alone: a ridge
-    of a few cells keeps its slopes, and so does what two worn flanks leave between them.
+    the smooth top of a ridge: Huynh (1993), monotone cubics accurate at extrema. Three times the smaller change to
+    either side is allowed at a top as it is on a slope, where Huynh has the bends beside it alone: a ridge
+    of a few cells keeps its slopes, and so does the gap between two worn flanks.
     """
     last = values.shape[0] - 1
-    # beyond its ends a row goes on straight
+    # beyond its ends a row continues straight
     lower = values[node] - values[node - 1] if node > 0 else values[1] - values[0]
     upper = values[node + 1] - values[node] if node < last else lower
     before = values[node - 1] - values[node - 2] if node > 1 else lower
     after = values[node + 2] - values[node + 1] if node < last - 1 else upper
-    share = 0.5
+    upper_weight = 0.5
     if split - 1 <= node <= split + 1 and split < last:
         # cells above the split have a width of their own
         wider = (nodes[split + 1] - nodes[split]) / (nodes[split] - nodes[split - 1])
@@ -201,18 +201,18 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
             after /= wider
         if node == split:
             upper /= wider
-            share = 1.0 / (1.0 + wider)
+            upper_weight = 1.0 / (1.0 + wider)
         if node > split:
             before *= wider
     bend = upper - lower
     tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
     most = max(3.0 * min(abs(lower), abs(upper)), 1.5 * abs(tangent))
-    return min(max(lower + share * bend, -most), most)
+    return min(max(lower + upper_weight * bend, -most), most)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def change_above(slope, nodes, split, node):  # type: ignore[no-untyped-def]
-    """A change per cell below a node, per cell above."""
+    """The change per cell below a node, converted to that per cell above."""
     if node != split or split == nodes.shape[0] - 1:
         return slope
     return slope * (nodes[split + 1] - nodes[split]) / (nodes[split] - nodes[split - 1])
@@ -230,15 +230,15 @@ def slopes_of_cell(values, nodes, split, cell):  # type: ignore[no-untyped-def]
 def cubic(a, b, slope_a, slope_b, x):  # type: ignore[no-untyped-def]
     """Value at fraction `x` of a cell whose nodes have values a, b and changes per cell there."""
     y = 1.0 - x
-    # an even depth comes again to the last digit: a flank that is worn evenly has the shape of a fresh one
+    # a uniform depth is reproduced exactly: a uniformly worn flank has the shape of a fresh one
     return a + (b - a) * x * x * (3.0 - 2.0 * x) + (slope_a * y - slope_b * x) * x * y
 
 
 @inner_njit(cache=True, error_model="numpy")
 def smooth_value(values, nodes, split, cell, x):  # type: ignore[no-untyped-def]
-    """Value at fraction `x` of a cell by the cubic with the slopes of its nodes: what is removed between nodes.
+    """Value at fraction `x` of a cell by the cubic with the slopes of its nodes: material removed between nodes.
 
-    Footprints, pressures and patches all read it so. Pressure answers to the slope of a gap: between straight pieces
+    Footprints, pressures and patches all use it. Pressure depends on the slope of a gap: between straight pieces
     it would have a peak at every node. With the mean slope everywhere (Catmull and Rom 1974) a crest would rise
     beside a groove by 2/27 of the groove's depth.
     """

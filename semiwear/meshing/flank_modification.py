@@ -10,8 +10,8 @@ the upper end), with u = (p - root)/(tip - root) and v = (f - lower)/(upper - lo
     bias           |amount|/2 + amount/2 (2 u - 1)(2 v - 1)
     deviations     a grid: the highest material less the local material
 
-None is negative on the flank. Beyond its ends the reliefs and the crowning go on as they are; lead slope, bias and
-deviations keep the value of the end. Pressure answers to the slope of a gap: a linear relief has a kink at its start
+None is negative on the flank. Beyond its ends the reliefs and the crowning continue unchanged; lead slope, bias and
+deviations keep the value of the end. Pressure depends on the slope of a gap: a linear relief has a kink at its start
 and a peak of pressure there, a parabolic one has none.
 
 Source: terms as in ISO 21771:2007, section 7 (tip and root relief, crowning, helix slope and bias modification).
@@ -31,7 +31,7 @@ from semiwear.arrays import FloatArray
 __all__ = ["Deviations", "FlankModification", "Relief"]
 
 _POWER = {"linear": 1, "parabolic": 2}
-_PART_OF_PROFILE = 1.0 / 3.0  # of the profile's length: a relief whose length is not given
+_PART_OF_PROFILE = 1.0 / 3.0  # of the profile's length: default length of a relief
 
 
 class Deviations(Protocol):
@@ -54,7 +54,7 @@ class Relief:
     Attributes
     ----------
     amount : float [mm]
-        Removed at the very end.
+        Depth removed at the end itself.
     length : float [mm] or None
         From the end to where the relief begins; None: a third of the profile.
     form : str
@@ -92,9 +92,9 @@ class FlankModification:
     ----------
     tip_relief, root_relief : Relief
     crowning : float [mm]
-        Removed at both ends of the face, nothing in the middle.
+        Depth removed at both ends of the face; zero in the middle.
     lead_slope : float [mm]
-        Removed at the upper end of the face when positive, at the lower end when negative.
+        Depth removed at the upper end of the face if positive, at the lower end if negative.
     bias : float [mm]
         Twist: the whole difference between the corners. Positive takes most at tip and upper end, and at root and
         lower end.

@@ -1,10 +1,10 @@
-"""The one interface through which loaded contact and wear see geometry: a pair of flanks in mesh.
+"""Interface of geometry to loaded contact and wear: a pair of flanks in mesh.
 
 Conventions, shared by every kind of pair (docs/frame.svg):
 
-* The *driven* body carries the stations: `face` [mm] along its tooth, `profile` [mm] across it, growing from
+* The *driven* body carries the stations: `face` [mm] along its tooth, `profile` [mm] across it, rising from
   root to tip and close to arc length. Contact lines run roughly along `face`.
-* `roll` counts base pitches of one tooth pair's engagement: 0 when contact passes the pitch point, growing with
+* `roll` counts base pitches of one tooth pair's engagement: 0 when contact passes the pitch point, rising with
   time. Neighbouring pairs differ by one.
 * `separation` is the distance along the common normal at the nominal (conjugate) rotation; where it is least,
   an unloaded pair touches. Its sign: positive is a gap.
@@ -41,14 +41,14 @@ BODIES = ("pinion", "gear")
 DRIVING, DRIVEN = 0, 1
 
 EXACT_STEPS = 1.5e-3, 2e-3
-"""`FlankPair.difference_steps` of flanks that are formulas: rounding leaves 1e-9 of the curvatures."""
+"""`FlankPair.difference_steps` of flanks given by formulas: rounding leaves 1e-9 of the curvatures."""
 
 
 @dataclass(frozen=True)
 class Meeting:
     """A driven flank point and the driving flank point that it would touch at a roll position.
 
-    All arrays have the broadcast shape of the question; vectors add a last axis of length 3 in the fixed frame.
+    All arrays have the broadcast shape of the arguments; vectors add a last axis of length 3 in the fixed frame.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Meeting:
     normal : (..., 3) array
         Unit normal out of the driven body.
     driving_profile, driving_face : arrays [mm]
-        Where the driving flank is met.
+        Coordinates of the mating point on the driving flank.
     """
 
     separation: FloatArray
@@ -86,7 +86,7 @@ class Borders:
         Ends of the driving flank.
     tip_turn : array [rad], like `root`
     driving_tip_turn : float [rad]
-        By which the outlines of both bodies turn at their tip edges.
+        Angles by which the outlines of both bodies turn at their tip edges.
     tip_edge_radius, end_edge_radius, driving_tip_edge_radius, driving_end_edge_radius : float [mm]
     """
 
@@ -106,7 +106,7 @@ class Borders:
 
 @dataclass(frozen=True)
 class PrismBody:
-    """A toothed body as its compliance sees it: sections along its width.
+    """Sections of a toothed body along its width, from which its compliance is computed.
 
     Attributes
     ----------
@@ -115,13 +115,13 @@ class PrismBody:
     start : float
         Face coordinate of its lower end [mm].
     faces : tuple of float
-        Face coordinates of the sections [mm], growing.
+        Face coordinates of the sections [mm], rising.
     sections : tuple of ToothSection
         Normal to the tooth.
     length : float or None
         Length of the tooth along itself, where it is inclined to the face coordinate [mm]. Default: the width.
     foot : InclinedFoot or None
-        How a helical tooth stands on its wheel.
+        Foot of a helical tooth on its wheel.
     """
 
     width: float
@@ -141,7 +141,7 @@ class FlankPair(Protocol):
     """Two flanks in mesh."""
 
     def __hash__(self) -> int:
-        """Of what makes the pair: contact lines of equal pairs are traced once."""
+        """Hash of the pair's data, so that contact lines of equal pairs are traced once."""
 
     @property
     def placement(self) -> Placement:
@@ -149,7 +149,7 @@ class FlankPair(Protocol):
 
     @property
     def difference_steps(self) -> tuple[float, float]:
-        """Steps of differences that tell curvatures, as shares of the face width and of the flank's height."""
+        """Steps of differences for curvatures, as fractions of the face width and of the flank's height."""
 
     @property
     def face_limits(self) -> tuple[float, float]:
@@ -163,7 +163,7 @@ class FlankPair(Protocol):
     def base_profiles(self) -> tuple[float, float]:
         """Profile coordinates where both involutes begin, the driving and the driven one [mm].
 
-        There their curvature is infinite. Of a generated flank that of its generating involute; infinite without one.
+        Their curvature is infinite there. For a generated flank: of its generating involute; infinite without one.
         """
 
     @property
@@ -190,7 +190,7 @@ class FlankPair(Protocol):
         """Limits of both flanks at face stations."""
 
     def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
-        """Point of the driving flank that a driven point (face, profile) meets at a roll; arguments broadcast."""
+        """Mating point on the driving flank of a driven point (face, profile) at a roll; arguments broadcast."""
 
     def driving_points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and unit normals of the driving flank in that body's own frame, from its own coordinates [mm]."""
@@ -218,7 +218,7 @@ class FlankPair(Protocol):
 
 
 def displacement(placement: Placement) -> tuple[FloatArray, FloatArray]:
-    """Rotation about the pitch point, (3, 3) array, and shift, (3,) array [mm], that take a pinion to its place."""
+    """Rotation about the pitch point, (3, 3) array, and shift, (3,) array [mm], of a displaced pinion."""
     about_x, about_y = 1e-3 * placement.shaft_angle_error_mrad, 1e-3 * placement.pinion_slope_mrad
     turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
     turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
@@ -226,9 +226,9 @@ def displacement(placement: Placement) -> tuple[FloatArray, FloatArray]:
 
 
 def reference_lever(pair: FlankPair) -> float:
-    """Lever arm by which `arcsec_per_mm` turns an approach into a rotation [mm].
+    """Lever arm with which `arcsec_per_mm` converts an approach into a rotation [mm].
 
-    The lever arm differs from place to place on flanks that are no involutes: an approach at another one counts for
+    On flanks that are no involutes the lever arm varies: an approach at another lever arm counts for
     ``reference_lever / lever_arm`` of itself.
     """
     return 180.0 * 3600.0 / pi / (pair.driving_meshes * pair.arcsec_per_mm)

@@ -1,9 +1,9 @@
 """The least separation of each slice by Newton's method, and its derivatives there.
 
-Towards its base circle the curvature of an involute grows without bound, as 1/sqrt(2 r_b s) with the arc s from
+Towards its base circle the curvature of an involute grows without limit, as 1/sqrt(2 r_b s) with the arc s from
 there. Differences are taken within a fraction of that arc, and Newton's method works on its root, the roll angle. A
-Taylor series holds no farther than the arc, beyond which contact and wear reach: near a base circle the third and
-fourth derivatives give way to those of a quartic that meets the separation farther out.
+Taylor series holds within that arc, while contact and wear reach farther: near a base circle the third and
+fourth derivatives are replaced by those of a quartic that meets the separation farther out.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from semiwear.meshing.flank_pair import FlankPair, Meeting
 __all__ = ["LeastPlaces", "least_places", "short_steps", "with_far_terms"]
 
 _OF_ROOM = 0.125  # of the arc to the nearer base circle: longest step of differences
-_LEAST_STEP = 1e-3  # of the usual one: rounding leaves 1e-6 of the curvature
-_SLOWEST = 1e-6  # of driving arc per driven one: nothing is divided by zero within the base circle
-_USUAL_PASSES = 2
-_SHORT_PASSES = 10  # two or three of them do, but for first guesses within the base circle
-_CLOSE = 0.01  # of a step: nearer to the least place no further pass is made
-_LEAST_LEFT = 1 / 16  # of that arc, after a pass: no more than three quarters of the roll angle at once
-_OUTWARDS = (2.0, 4.0)  # usual steps away from a base circle: as far as contact and some wear reach
+_LEAST_STEP = 1e-3  # of the normal step: rounding leaves 1e-6 of the curvature
+_SLOWEST = 1e-6  # of driving arc per driven arc: avoids division by zero within the base circle
+_NORMAL_PASSES = 2
+_SHORT_PASSES = 10  # two or three are enough, except for first guesses within the base circle
+_CLOSE = 0.01  # of a step: within it of the least place no further pass is made
+_LEAST_LEFT = 1 / 16  # of that arc, left after a pass: at most three quarters of the roll angle per pass
+_OUTWARDS = (2.0, 4.0)  # normal steps away from a base circle: as far as contact and some wear reach
 
 
 @dataclass(frozen=True)
 class LeastPlaces:
-    """Where the separation is least in slices: of all, (roll, face), or of some of them in a row.
+    """Least separation in slices: of all, (roll, face), or of some of them in a row.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class LeastPlaces:
     profile: FloatArray
 
     def writable(self) -> LeastPlaces:
-        """These with arrays of their own."""
+        """The same with arrays that can be changed."""
         shape = self.met.separation.shape
         met = {}
         for entry in dataclasses.fields(self.met):
@@ -66,7 +66,7 @@ class LeastPlaces:
         )
 
     def put(self, where: tuple[IntArray, IntArray], other: LeastPlaces) -> None:
-        """Replace those at (roll, face) indices by (n,) others."""
+        """Replace the values at (roll, face) indices by (n,) others."""
         for name in ("at", "step", "profile", "derivatives"):
             getattr(self, name)[..., *where] = getattr(other, name)
         for entry in dataclasses.fields(self.met):
@@ -91,33 +91,35 @@ def _places(at: FloatArray, step: FloatArray) -> FloatArray:
 
 
 def _room(pair: FlankPair, profile: FloatArray, driving_profile: FloatArray, slope: FloatArray) -> FloatArray:
-    """Way along the driven flank to the nearer of both base circles [mm], by how fast the driving flank is passed.
+    """Distance along the driven flank to the nearer of both base circles [mm], from the slope of the driving profile.
 
     0 within the base circle of the driving body, where its flank has ended.
     """
     driving, driven = pair.base_profiles
-    way = np.abs(driving_profile - driving) / np.maximum(np.abs(slope), _SLOWEST)
-    return np.asarray(np.minimum(way, np.abs(profile - driven)))
+    distance = np.abs(driving_profile - driving) / np.maximum(np.abs(slope), _SLOWEST)
+    return np.asarray(np.minimum(distance, np.abs(profile - driven)))
 
 
-def short_steps(pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatArray, usual: float) -> FloatArray:
-    """Steps of differences [mm]: the usual one where base circles are far.
+def short_steps(
+    pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatArray, longest: float
+) -> FloatArray:
+    """Steps of differences [mm]: the longest one far from base circles.
 
     Parameters
     ----------
     pair : FlankPair
     face, profile, roll : arrays that broadcast [mm], [mm], [1]
-        Places of the driven flank, and when they meet the driving one.
-    usual : float [mm]
+        Points of the driven flank, and their roll positions.
+    longest : float [mm]
     """
-    short = _LEAST_STEP * usual
+    short = _LEAST_STEP * longest
     # towards the driven root, away from the driving base circle
     below, here = pair.meeting(face, np.stack([profile - short, profile]), roll).driving_profile
-    return np.clip(_OF_ROOM * _room(pair, profile, here, (here - below) / short), short, usual)
+    return np.clip(_OF_ROOM * _room(pair, profile, here, (here - below) / short), short, longest)
 
 
-def _usual_move(derivatives: FloatArray) -> FloatArray:
-    """Newton's step [mm]: inside the slice it meets the minimum; of what is not convex only a border can be least."""
+def _newton_move(derivatives: FloatArray) -> FloatArray:
+    """Newton's step [mm] to the minimum; infinite, to a border, where the separation is not convex."""
     first, second = derivatives[1:3]
     convex = second > 0.0
     return np.where(convex, -first / np.where(convex, second, 1.0), np.where(first > 0.0, -np.inf, np.inf))
@@ -132,31 +134,31 @@ def _move_by_angle(
     ----------
     derivatives : (5, n) array
     room : (5, n) array [mm]
-        To the base circle at the five places.
+        Distance to the base circle at the five places.
     low, high : (n,) arrays [mm]
-        What is left of the slice below and above, between which the minimum lies.
+        Rest of the slice below and above, between which the minimum lies.
     outside : (n,) bool array
         Whether it is known to lie outside the base circle.
     """
     first = derivatives[1]
-    usual = _usual_move(derivatives)
+    newton = _newton_move(derivatives)
     outwards = np.sign(room[3] - room[1])
     here = np.where(room[2] > 0.0, room[2], 1.0)
-    change = outwards * np.where(np.isfinite(usual), usual, 0.0)
+    change = outwards * np.where(np.isfinite(newton), newton, 0.0)
     by_angle = change * (1.0 + 0.25 * change / here)
-    # no roll angle is negative: there may be no contact but on the border behind the base circle
+    # roll angles are not negative: contact may be on the border beyond the base circle
     by_angle = np.where(change > -2.0 * here, by_angle, -np.inf)
     by_angle = np.where(outside, np.maximum(by_angle, (_LEAST_LEFT - 1.0) * here), by_angle)
-    known = np.isfinite(usual) & (outwards != 0.0)
-    move = np.where(known, np.where(outwards < 0.0, -by_angle, by_angle), usual)
-    # the driving base circle is met towards the driven tip; within it nothing is known but the side of the minimum
+    known = np.isfinite(newton) & (outwards != 0.0)
+    move = np.where(known, np.where(outwards < 0.0, -by_angle, by_angle), newton)
+    # the driving base circle lies towards the driven tip; within it only the side of the minimum is known
     within = np.where(first < 0.0, high, 0.5 * (low + high))
     return np.where(room[2] > 0.0, move, within)
 
 
 @dataclass
 class _Bracket:
-    """Ends between which the minimum lies, (n,) arrays [mm], and which of them are places where that was seen."""
+    """Ends between which the minimum lies, (n,) arrays [mm], and whether they were found by a sign of the slope."""
 
     low: FloatArray
     high: FloatArray
@@ -164,17 +166,17 @@ class _Bracket:
     high_seen: BoolArray
 
     def narrow(self, at: FloatArray, falls: BoolArray) -> None:
-        """Take places from which the separation falls upwards, or downwards, for ends."""
+        """Move the lower end to places where the separation falls upwards, the upper end to the others."""
         self.low, self.high = np.where(falls, at, self.low), np.where(falls, self.high, at)
         self.low_seen, self.high_seen = self.low_seen | falls, self.high_seen | ~falls
 
     def within(self, place: FloatArray) -> FloatArray:
-        """Places held to the ends, or in the middle where they lie beyond one from which the separation rises."""
+        """Places limited to the ends, or the middle where they lie beyond an end that was found."""
         beyond = (self.low_seen & (place < self.low)) | (self.high_seen & (place > self.high))
         return np.where(beyond, 0.5 * (self.low + self.high), np.clip(place, self.low, self.high))
 
     def of(self, kept: IntArray) -> _Bracket:
-        """Some of these."""
+        """The brackets of some slices."""
         return _Bracket(self.low[kept], self.high[kept], self.low_seen[kept], self.high_seen[kept])
 
 
@@ -182,10 +184,10 @@ def _refine(
     pair: FlankPair, roll: FloatArray, face: FloatArray, found: LeastPlaces, ends: tuple[FloatArray, FloatArray]
 ) -> None:
     """Find least places near base circles with short steps, in place."""
-    usual = float(found.step.max())
+    normal_step = float(found.step.max())
     at = found.profile
-    steps = short_steps(pair, face, at, roll[:, None], usual)
-    rows, columns = np.nonzero(steps < usual)
+    steps = short_steps(pair, face, at, roll[:, None], normal_step)
+    rows, columns = np.nonzero(steps < normal_step)
     where = rows, columns
     at, step, roll, face = at[where], steps[where], roll[rows], face[columns]
     unseen = np.zeros(at.size, dtype=bool)
@@ -201,7 +203,7 @@ def _refine(
         move = _move_by_angle(derivatives, room, bracket.low - at, bracket.high - at, outside)
         profile = bracket.within(at + move)
         moved = np.abs(profile - at)
-        # a series is no good for more than its step
+        # a series holds only within its step
         found.put(where, LeastPlaces(at, step, met, derivatives, np.where(moved <= step, profile, at)))
         open_ = np.flatnonzero(moved > _CLOSE * step)
         if not open_.size:
@@ -209,7 +211,7 @@ def _refine(
         rows, columns = rows[open_], columns[open_]
         where = rows, columns
         at, roll, face, bracket, outside = profile[open_], roll[open_], face[open_], bracket.of(open_), outside[open_]
-        step = short_steps(pair, face, at, roll, usual)
+        step = short_steps(pair, face, at, roll, normal_step)
 
 
 def least_places(
@@ -217,7 +219,7 @@ def least_places(
     roll: FloatArray,
     face: FloatArray,
     guess: FloatArray,
-    usual: float,
+    normal_step: float,
     ends: tuple[FloatArray, FloatArray],
 ) -> LeastPlaces:
     """The least separation of each slice.
@@ -227,17 +229,17 @@ def least_places(
     pair : FlankPair
     roll, face : (K,), (S,) arrays [1], [mm]
     guess : (K, S) array [mm]
-        Near the least place, between both ends.
-    usual : float [mm]
-        Step of differences where base circles are far.
+        First guess of the least place, between both ends.
+    normal_step : float [mm]
+        Step of differences far from base circles.
     ends : two (K, S) arrays [mm]
         Lower and upper end of each slice.
     """
-    at, step = guess, np.full(guess.shape, usual)
-    for _ in range(_USUAL_PASSES):
+    at, step = guess, np.full(guess.shape, normal_step)
+    for _ in range(_NORMAL_PASSES):
         met = pair.meeting(face[None, None], _places(at, step), roll[None, :, None])
         derivatives = _five_points(met.separation, step)
-        profile = np.clip(at + _usual_move(derivatives), *ends)
+        profile = np.clip(at + _newton_move(derivatives), *ends)
         found = LeastPlaces(at, step, met, derivatives, profile)
         at = profile
     if np.isfinite(pair.base_profiles).any():
@@ -247,34 +249,34 @@ def least_places(
 
 
 def with_far_terms(
-    pair: FlankPair, roll: FloatArray, face: FloatArray, found: LeastPlaces, usual: float, series: FloatArray
+    pair: FlankPair, roll: FloatArray, face: FloatArray, found: LeastPlaces, normal_step: float, series: FloatArray
 ) -> FloatArray:
-    """A series about the least places; near a base circle its last two terms meet the separation farther out.
+    """A series about the least places whose last two terms, near a base circle, fit the separation farther out.
 
     Parameters
     ----------
     pair : FlankPair
     roll, face : (K,), (S,) arrays [1], [mm]
     found : LeastPlaces
-    usual : float [mm]
-        Step of differences where base circles are far.
+    normal_step : float [mm]
+        Step of differences far from base circles.
     series : (5, K, S) array
         Value and derivatives of the separation at ``found.profile``.
     """
-    rows, columns = np.nonzero(found.step < usual)
+    rows, columns = np.nonzero(found.step < normal_step)
     if not rows.size:
         return series
     profile, roll, face = found.profile[rows, columns], roll[rows], face[columns]
-    both = profile + np.array([[-usual], [usual]])
+    both = profile + np.array([[-normal_step], [normal_step]])
     driving = pair.meeting(face, both, roll).driving_profile
-    room = _room(pair, both, driving, (driving[1] - driving[0]) / (2.0 * usual))
-    away = np.where(room[1] > room[0], usual, -usual) * np.array(_OUTWARDS)[:, None]
-    gap = pair.meeting(face, profile + away, roll).separation
+    room = _room(pair, both, driving, (driving[1] - driving[0]) / (2.0 * normal_step))
+    offset = np.where(room[1] > room[0], normal_step, -normal_step) * np.array(_OUTWARDS)[:, None]
+    gap = pair.meeting(face, profile + offset, roll).separation
     value, first, second = series[:3, rows, columns]
-    # third/6 + away fourth/24, which both places ask for
-    cubic = (gap - value - away * (first + 0.5 * away * second)) / away**3
-    fourth = 24.0 * (cubic[1] - cubic[0]) / (away[1] - away[0])
+    # third/6 + offset fourth/24 at both places
+    cubic = (gap - value - offset * (first + 0.5 * offset * second)) / offset**3
+    fourth = 24.0 * (cubic[1] - cubic[0]) / (offset[1] - offset[0])
     series = series.copy()
-    series[3, rows, columns] = 6.0 * cubic[0] - 0.25 * away[0] * fourth
+    series[3, rows, columns] = 6.0 * cubic[0] - 0.25 * offset[0] * fourth
     series[4, rows, columns] = fourth
     return series

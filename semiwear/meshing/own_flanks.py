@@ -1,4 +1,4 @@
-"""A pair's flanks in the bodies' own frames, their axes, and what else a file of points says of them."""
+"""A pair's flanks in the bodies' own frames, their axes and ends, as files of points hold them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Axis:
 def axis_of(pair: FlankPair, body: int) -> Axis:
     """The axis of a body, from the velocities of its points.
 
-    It points along the fixed axis that it is nearest to, and the origin is its point nearest to the fixed origin.
+    Its direction is positive along the nearest fixed axis; its origin is the point nearest to the fixed origin.
     """
     places = np.vstack([np.zeros(3), np.eye(3)])
     velocity = pair.driven_velocity(places)
@@ -46,7 +46,7 @@ def axis_of(pair: FlankPair, body: int) -> Axis:
     point = np.cross(turn, velocity[0]) / (turn @ turn)
     direction = turn / np.linalg.norm(turn)
     forwards = direction[np.argmax(np.abs(direction))] > 0.0
-    # sums of cosines and sines leave the last digits rough
+    # sums of cosines and sines leave rounding in the last digits
     point, direction = np.round(point, 12) + 0.0, np.round(direction, 15) + 0.0
     return Axis(point, direction if forwards else -direction + 0.0, "positive" if forwards else "negative")
 
@@ -95,7 +95,7 @@ def driving_involute(
     phase : float
         Polar angle of the involute's origin in the transverse section at face 0, at roll position 0 [rad].
     lead : float
-        Tangent of the base helix angle; its sign is that of the turn along the axis.
+        Tangent of the base helix angle; its sign is that of the rotation along the axis.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""From a scene's gear pair to its flanks in mesh: the one place that knows which kinds there are."""
+"""Flanks in mesh of a scene's gear pair, by its kind."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MESHES: Mapping[str, Callable[[Value, Placement], FlankPair]] = {
     "cylindrical": CylindricalMesh,
     "flank_points": _point_flank_mesh,
 }
-"""By ``gear_pair.type``, from that kind's table and the place of the pinion to the flanks in mesh."""
+"""Functions from a table and a placement to the flanks in mesh, by ``gear_pair.type``."""
 
 
 def flank_pair(table: GearPair, placement: Placement) -> FlankPair:
@@ -34,14 +34,15 @@ def flank_pair(table: GearPair, placement: Placement) -> FlankPair:
 
 
 def on_loaded_flank(table: GearPair, placement: Placement, loaded_flank: str) -> tuple[GearPair, Placement]:
-    """The pair and placement whose drive flank is, in a mirror at x = 0, the loaded one of these.
+    """The pair and placement whose drive flank is the loaded flank of these.
 
-    The coast flank is the drive flank in that mirror: what turns the placement is mirrored instead, and a helix.
+    The coast flank is the drive flank in a mirror at x = 0: offset and slope of the placement and the helix are
+    mirrored instead.
 
     Raises
     ------
     SceneError
-        Of a pair whose coast flanks are not known.
+        If the coast flanks of the pair are not known.
     """
     if loaded_flank == "drive":
         return table, placement

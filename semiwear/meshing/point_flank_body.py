@@ -2,8 +2,8 @@
 
 `face` runs along the tooth: the file's coordinate, or the length from the tooth's middle. `profile` runs across it,
 from 0 at the root end to the length of the flank at the tip edge: of the driven body the length at that face
-coordinate, of the driving body the mean length, so that its flank is a rectangle in both. A file may say that it
-grows otherwise: evenly from row to row, by lengths of its own.
+coordinate, of the driving body the mean length, so that its flank is a rectangle in both. A file may state that it
+rises otherwise: uniformly from row to row, with lengths of its own.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from semiwear.meshing.point_flank_kernels import surface_points, touch
 
 __all__ = ["FlankBody", "Touch", "frame_about"]
 
-_GUESSES = 12  # places each way that the affine guess is fitted to
-_INVOLUTE = 1e-3  # of the change of a flank's squared radius: an involute's is straight over the arc, to that
+_GUESSES = 12  # points each way for the fit of the affine guess
+_INVOLUTE = 1e-3  # of the change of a flank's squared radius, which for an involute is linear in the arc within this
 
 
 def frame_about(direction: FloatArray) -> FloatArray:
@@ -35,7 +35,7 @@ def frame_about(direction: FloatArray) -> FloatArray:
 
 
 def _straight_beyond(spline: CubicSpline, at: FloatArray) -> FloatArray:
-    """A spline over 0 to 1, straight on beyond."""
+    """A spline over 0 to 1, continued linearly."""
     inside = np.clip(at, 0.0, 1.0)
     value = spline(inside)
     beyond = at != inside
@@ -46,7 +46,7 @@ def _straight_beyond(spline: CubicSpline, at: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Touch:
-    """Where a flank holds circles about its axis.
+    """Points of a flank on given circles about its axis.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class FlankBody:
     face_ends : (float, float) [mm]
         Face coordinate of the first and the last column; the first may be the greater.
     own_lengths : (F,) array [mm] or None
-        Lengths of the columns in a profile coordinate that grows evenly from row to row. None: it is arc length.
+        Lengths of the columns in a profile coordinate that rises uniformly from row to row. None: it is arc length.
     """
 
     surface: PointSurface
@@ -100,7 +100,7 @@ class FlankBody:
 
     @property
     def face_limits(self) -> tuple[float, float]:
-        """Ends of the flank in its face coordinate, growing [mm]."""
+        """Ends of the flank in its face coordinate, rising [mm]."""
         return min(self.face_ends), max(self.face_ends)
 
     def v_at(self, face: FloatArray) -> FloatArray:
@@ -120,14 +120,14 @@ class FlankBody:
 
     @cached_property
     def _rows(self) -> tuple[CubicSpline, CubicSpline]:
-        """Parameter u over the share of the profile coordinate, and the other way round."""
+        """Parameter u over the fraction of the profile coordinate, and its inverse."""
         even = np.linspace(0.0, 1.0, self.surface.u.size)
         return CubicSpline(even, self.surface.u), CubicSpline(self.surface.u, even)
 
     def u_at(self, profile: FloatArray, length: FloatArray | float) -> FloatArray:
         """Parameter u at profile coordinates, on flanks of some length [mm]."""
-        share = np.asarray(profile, float) / length
-        return share if self.own_lengths is None else _straight_beyond(self._rows[0], share)
+        fraction = np.asarray(profile, float) / length
+        return fraction if self.own_lengths is None else _straight_beyond(self._rows[0], fraction)
 
     def profile_at(self, u: FloatArray, length: FloatArray | float) -> FloatArray:
         """Profile coordinate at parameters u, on flanks of some length [mm]."""
@@ -175,9 +175,9 @@ class FlankBody:
 
     @cached_property
     def base_profile(self) -> float:
-        """Profile coordinate at which the involute begins that the flank is in its middle [mm]; -inf if it is none.
+        """Profile coordinate of the base circle if the flank is an involute in its middle [mm]; -inf otherwise.
 
-        With the arc s from there an involute has r^2 = r_b^2 + 2 r_b s.
+        With the arc s from there, r^2 = r_b^2 + 2 r_b s on an involute.
         """
         u, middle = np.linspace(0.0, 1.0, _GUESSES), np.array(0.5)
         arc = self.profile_at(u, self.profile_length(middle))
@@ -194,7 +194,7 @@ class FlankBody:
         x, y, z = np.moveaxis(self.surface.points, -1, 0)
         middle = np.arctan2(np.mean(y), np.mean(x))
         angle = middle + np.angle(np.exp(1j * (np.arctan2(y, x) - middle)))
-        # a worm's thread winds on
+        # a worm's thread runs over more than one turn
         angle = np.unwrap(np.unwrap(angle, axis=0), axis=1)
         return spline_cells(self.surface.u, self.surface.v, np.stack([np.hypot(x, y), z, angle], axis=-1))
 
@@ -213,7 +213,7 @@ class FlankBody:
         return sqrt(self.mean_length * self.surface.face_length)
 
     def touch(self, radius: FloatArray, axial: FloatArray) -> Touch:
-        """Where the flank, turned about its axis, holds points at a radius and an axial place; (n,) arrays [mm]."""
+        """Points of the flank at a radius and an axial coordinate; (n,) arrays [mm]."""
         out = np.empty((radius.size, 4))
         surface = self.surface
         touch(self._revolved, surface.u, surface.v, self._start, radius, axial, self.size, out)
@@ -222,7 +222,7 @@ class FlankBody:
     # ---- its edges
 
     def tip_turn(self, v: FloatArray) -> FloatArray:
-        """By which the outline turns at the tip edge, from the flank to a surface of revolution [rad]."""
+        """Angle by which the outline turns at the tip edge, from the flank to a surface of revolution [rad]."""
         v = np.asarray(v, float)
         points, across, along = self.evaluate(np.ones(v.shape), v)
         normal = self.points(np.ones(v.shape), v)[1]

@@ -1,7 +1,7 @@
-"""Inner loops of flanks given as points: a spline surface at many places, and where a driving flank holds a point.
+"""Inner loops of flanks given as points: values of a spline surface, and points of a flank on circles.
 
 A surface is continued beyond its grid: by the polynomials of its outermost cells for a twentieth of its extent, which
-is more than any difference quotient reaches, and from there by its slopes and, where `bend` is 1, curvatures.
+is more than any difference quotient needs, and from there by its slopes and, where `bend` is 1, curvatures.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from semiwear.kernel_cache import njit
 
 __all__ = ["meet", "surface_points", "touch"]
 
-_BEYOND = 0.05  # of the extent: as far do the outermost polynomials hold
+_BEYOND = 0.05  # of the extent, within which the outermost polynomials are used
 _PASSES = 40
 _LONGEST = 0.3  # step of the parameters in one pass
 _CLOSE = 1e-13  # of the flank's size
@@ -20,7 +20,7 @@ _CLOSE = 1e-13  # of the flank's size
 
 @njit(cache=True, error_model="numpy")
 def _cell(knots, x):  # type: ignore[no-untyped-def]
-    """Cell of a parameter; the outermost ones hold what lies beyond."""
+    """Cell of a parameter; the outermost cells extend beyond the grid."""
     last = knots.shape[0] - 2
     low = min(max(int(x * (last + 1)), 0), last)  # knots are about even
     while low > 0 and x < knots[low]:
@@ -74,7 +74,7 @@ def surface_points(cells, knots_u, knots_v, u, v, out):  # type: ignore[no-untyp
 
 @njit(cache=True, error_model="numpy")
 def touch(cells, knots_u, knots_v, start, radius, axial, size, out):  # type: ignore[no-untyped-def]
-    """Where a flank of revolution coordinates (radius, axial place, polar angle) holds circles about its axis.
+    """Points of a flank in coordinates (radius, axial, polar angle) on circles about its axis.
 
     Parameters
     ----------
@@ -87,15 +87,15 @@ def touch(cells, knots_u, knots_v, start, radius, axial, size, out):  # type: ig
     size : float [mm]
         Of the flank.
     out : (n, 4) array
-        Takes u, v, the flank's polar angle there, and its lever arm: approach along its normal per angle [mm].
+        Receives u, v, the flank's polar angle there, and its lever arm: approach along its normal per angle [mm].
     """
-    bend = np.array([0.0, 0.0, 1.0])  # radius and axial place go on straight: the equations stay solvable
+    bend = np.array([0.0, 0.0, 1.0])  # radius and axial place linear beyond: the equations stay solvable
     at = np.empty((3, 3))
     u, v, last_radius, last_axial = 0.5, 0.5, 0.0, 0.0
     for k in range(radius.shape[0]):
         r, z = radius[k], axial[k]
         near = k > 0 and abs(r - last_radius) + abs(z - last_axial) < 0.3 * size
-        if near:  # neighbours ask alike
+        if near:  # neighbours have similar solutions
             u += start[0, 1] * (r - last_radius) + start[0, 2] * (z - last_axial)
             v += start[1, 1] * (r - last_radius) + start[1, 2] * (z - last_axial)
         else:
@@ -110,7 +110,7 @@ def touch(cells, knots_u, knots_v, start, radius, axial, size, out):  # type: ig
             step_u = (off_r * at[1, 2] - off_z * at[0, 2]) / determinant
             step_v = (off_z * at[0, 1] - off_r * at[1, 1]) / determinant
             longest = max(abs(step_u), abs(step_v))
-            # what lies far off is met by the straight continuation at once
+            # far away the straight continuation gives the solution at once
             if longest > _LONGEST and -_LONGEST < u < 1.0 + _LONGEST and -_LONGEST < v < 1.0 + _LONGEST:
                 step_u *= _LONGEST / longest
                 step_v *= _LONGEST / longest
@@ -141,9 +141,9 @@ def meet(own, normals, turn, driven_frame, driven_centre, driving_frame, driving
     driven_centre, driving_centre : (3,) arrays [mm]
         Origins of the bodies' own frames.
     position, normal : (n, 3) arrays
-        Take points and normals in the fixed frame.
+        Receive points and normals in the fixed frame.
     local : (n, 3) array
-        Takes radius, axial place and polar angle about the driving axis.
+        Receives radius, axial place and polar angle about the driving axis.
     """
     place = np.empty(3)
     for k in range(turn.shape[0]):

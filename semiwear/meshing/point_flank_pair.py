@@ -1,8 +1,8 @@
 """A pair of flanks given as points, on axes that may lie anywhere: crossed, intersecting or parallel.
 
 The separation of a driven point is found as for every pair: the driving body is turned about its axis until its flank
-holds the point. Turning keeps the point's radius and its place along the axis, so that two equations in the two
-parameters of the driving surface say where; the touching rotation is the difference of polar angles, and the
+passes through the point. The rotation keeps radius and axial place, so that two equations in the two parameters of
+the driving surface give the mating point; the touching rotation is the difference of polar angles, and the
 separation is that rotation, less the nominal one, times the lever arm of the driving flank's normal. On an involute,
 which is its own parallel surface, that is exact; elsewhere to the second order of the separation over the radius of
 curvature (Litvin and Fuentes 2004, ch. 9).
@@ -34,15 +34,15 @@ from semiwear.scene.cylindrical import edge_radius
 __all__ = ["PointFlankMesh", "PointFlanks"]
 
 _ARCSEC = 180.0 * 3600.0 / pi
-_SAMPLES = np.linspace(-0.3, 1.3, 129)  # across a flank, where its height is looked for
+_SAMPLES = np.linspace(-0.3, 1.3, 129)  # across a flank, to find a height
 _POLISHES = 4
 _TURNS_ON = 3
-_ABOUT = np.linspace(-0.5, 0.5, 5)  # roll positions, of which one touches first
+_ABOUT = np.linspace(-0.5, 0.5, 5)  # roll positions among which first touch is searched
 
 
 @dataclass(frozen=True, eq=False)
 class PointFlanks:
-    """Two bodies with their flanks, and how they stand when a pair passes the pitch point.
+    """Two bodies with their flanks, and their rotations when a pair passes the pitch point.
 
     Attributes
     ----------
@@ -56,9 +56,9 @@ class PointFlanks:
     lever : float [mm]
         Approach along the normal per rotation of the driving body, where contact passes at roll 0.
     sections : (tuple of PlacedSection, tuple of PlacedSection)
-        Tooth sections that the files bring; empty where they bring none.
+        Tooth sections of the files; empty where they hold none.
     tooth_lengths : (float or None, float or None) [mm]
-        Lengths of the teeth that go with them; None: that of the middle of the flank.
+        Lengths of the teeth of these sections; None: the length in the middle of the flank.
     """
 
     table: FlankPointsPair
@@ -99,10 +99,10 @@ class PointFlanks:
 
     def _radii_of(self, body: int) -> tuple[float, float]:
         given = tuple(getattr(self.table, f"{BODIES[body]}_{edge}_edge_radius_mm") for edge in ("tip", "end"))
-        usual = 0.0
+        default = 0.0
         if "auto" in given:
-            usual = edge_radius(normal_module(self.bodies[body], self.pitch_surfaces[body]))
-        tip, end = (usual if one == "auto" else float(one) for one in given)
+            default = edge_radius(normal_module(self.bodies[body], self.pitch_surfaces[body]))
+        tip, end = (default if radius == "auto" else float(radius) for radius in given)
         return tip, end
 
 
@@ -127,8 +127,8 @@ class PointFlankMesh:
     def placed(cls, flanks: PointFlanks, placement: Placement) -> PointFlankMesh:
         """The flanks with a displaced pinion, turned on until they touch again about the pitch point.
 
-        A common rotation is none of the transmission error, but the separation would bear it: with lever arms that
-        differ from place to place, the least separation is where flanks touch only if it is about zero.
+        A common rotation is no transmission error, but would add to the separation: with lever arms that
+        vary along the flank, the least separation is at the point of first touch only if it is about zero.
         """
         mesh = cls(flanks, placement)
         if placement.is_aligned:
@@ -141,7 +141,7 @@ class PointFlankMesh:
 
     @property
     def difference_steps(self) -> tuple[float, float]:
-        """Well within a patch between measured points."""
+        """Steps well within a patch between measured points."""
         return 3e-4, 5e-4
 
     @property
@@ -156,7 +156,7 @@ class PointFlankMesh:
 
     @property
     def base_profiles(self) -> tuple[float, float]:
-        """On the base circles of flanks whose points are those of involutes [mm]."""
+        """Profile coordinates of the base circles of flanks that are involutes [mm]."""
         return self.flanks.driving.base_profile, self.flanks.driven.base_profile
 
     @property
@@ -239,7 +239,7 @@ class PointFlankMesh:
         return np.cross(self.flanks.rotations[DRIVEN], position - self.flanks.driven.centre)
 
     def lever_arm(self, position: FloatArray) -> FloatArray:
-        """Approach along the driving flank's normal per rotation [mm], where that flank holds the positions."""
+        """Approach along the driving flank's normal per rotation [mm], where it passes through the positions."""
         return self._held(position).lever.reshape(position.shape[:-1])
 
     def _held(self, position: FloatArray) -> Touch:
@@ -289,19 +289,19 @@ class PointFlankMesh:
         """Profile coordinate of the gear's flank at a height above its pitch surface [mm]."""
         driven, pitch = self.flanks.driven, self.flanks.pitch_surfaces[DRIVEN]
         face, height = np.broadcast_arrays(np.asarray(face, float), np.asarray(height, float))
-        v, wanted = driven.v_at(face).ravel(), height.ravel()
+        v, target = driven.v_at(face).ravel(), height.ravel()
         heights = pitch.height(*driven.radius_and_axial(_SAMPLES[:, None], v))
         rows = np.arange(v.size)
         # the last place below: heights grow from root to tip
-        low = np.clip(np.sum(heights < wanted, axis=0) - 1, 0, _SAMPLES.size - 2)
+        low = np.clip(np.sum(heights < target, axis=0) - 1, 0, _SAMPLES.size - 2)
         slope = (heights[low + 1, rows] - heights[low, rows]) / (_SAMPLES[1] - _SAMPLES[0])
-        u = _SAMPLES[low] + (wanted - heights[low, rows]) / slope
+        u = _SAMPLES[low] + (target - heights[low, rows]) / slope
         for _ in range(_POLISHES):
-            u = u + (wanted - pitch.height(*driven.radius_and_axial(u, v))) / slope
+            u = u + (target - pitch.height(*driven.radius_and_axial(u, v))) / slope
         return driven.profile_at(u, driven.profile_length(v)).reshape(face.shape)
 
     def pitch_profile(self, face: FloatArray) -> FloatArray:
-        """Where the gear's flank crosses its pitch surface [mm]."""
+        """Profile coordinate where the gear's flank crosses its pitch surface [mm]."""
         return self.profile_at(face, np.zeros(np.shape(face)))
 
     def driving_points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -310,7 +310,7 @@ class PointFlankMesh:
         return own.points(own.u_at(profile, own.mean_length), own.v_at(face))
 
     def prism_body(self, body: int) -> PrismBody:
-        """Sections that the file brings, or those drawn after the points and the scene's fields."""
+        """Sections of the file, or sections drawn from the points and the scene's fields."""
         flanks, mean = self.flanks, body == DRIVING
         if flanks.sections[body]:
             return placed_sections(flanks.bodies[body], flanks.sections[body], mean, flanks.tooth_lengths[body])

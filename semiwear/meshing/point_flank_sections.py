@@ -1,10 +1,10 @@
-"""Tooth sections of a flank given as points, where its file brings none: half a tooth with fillet and rim.
+"""Tooth sections of a flank given as points whose file has none: half a tooth with fillet and rim.
 
 Each section is normal to the tooth where the flank crosses the pitch surface, in the middle half of its height. The
 other flank is its mirror image, at a tooth thickness from it. A body whose pitch surface is round becomes the
 virtual spur gear of Tredgold, with as many teeth as the radius of curvature of the pitch surface across the teeth
 gives (Litvin and Fuentes 2004, ch. 21; ISO 10300-1, virtual cylindrical gears); one that is flat, hollow or has
-very many teeth becomes a rack. The fillet is an arc that goes on from the flank's lower end, or from a straight
+very many teeth becomes a rack. The fillet is an arc that continues the flank's lower end, or a straight
 piece below it, and ends on the root.
 """
 
@@ -28,12 +28,12 @@ from semiwear.scene import FlankPointsPair
 __all__ = ["drawn_sections", "normal_module", "placed_sections", "section_problems"]
 
 _STATIONS = np.linspace(0.0, 1.0, 5)
-_ALIKE = 1e-3  # of the flank's height: sections that differ by less are one
+_ALIKE = 1e-3  # of the flank's height: sections that differ by less count as equal
 _FLANK_POINTS, _FILLET_POINTS, _STRAIGHT_POINTS = 61, 41, 9
 _MOST_RING_TEETH, _LEAST_RING_TEETH = 300, 6
 _FILLET, _RIM = 0.3, 2.5  # normal modules
-_MIDDLE = (0.25, 0.75)  # of the flank: where its thickness is told
-_ROOM = 0.999  # of half a pitch: where a fillet ends at the latest
+_MIDDLE = (0.25, 0.75)  # of the flank: range in which its thickness is given
+_ROOM = 0.999  # of half a pitch: farthest end of a fillet
 
 
 class _Unfit(Exception):
@@ -53,29 +53,29 @@ def placed_sections(
     ----------
     own : FlankBody
     placed : tuple of PlacedSection
-        Their `flank_profile` holds rows of the grid.
+        Sections whose `flank_profile` holds rows of the grid.
     mean : bool
-        Whether the profile coordinate counts in mean lengths of the flank.
+        Whether the profile coordinate is scaled with the mean length of the flank.
     tooth_length : float [mm], optional
-        Default: that of the middle of the flank.
+        Default: the length in the middle of the flank.
     """
     u = own.surface.u
     rows = np.arange(u.size)
     found = []
-    for one in placed:
-        at = one.section.flank_profile
-        share = np.interp(at, rows, u)
-        share += np.minimum(at, 0.0) * (u[1] - u[0]) + np.maximum(at - rows[-1], 0.0) * (u[-1] - u[-2])
-        length = own.mean_length if mean else float(own.profile_length(own.v_at(np.array(one.face))))
-        section = one.section
+    for entry in placed:
+        at = entry.section.flank_profile
+        fraction = np.interp(at, rows, u)
+        fraction += np.minimum(at, 0.0) * (u[1] - u[0]) + np.maximum(at - rows[-1], 0.0) * (u[-1] - u[-2])
+        length = own.mean_length if mean else float(own.profile_length(own.v_at(np.array(entry.face))))
+        section = entry.section
         found.append(
-            (one.face, ToothSection(section.flank, own.profile_at(share, length), section.fillet, section.rim))
+            (entry.face, ToothSection(section.flank, own.profile_at(fraction, length), section.fillet, section.rim))
         )
     return _body(own, found, tooth_length)
 
 
 def drawn_sections(table: FlankPointsPair, body: int, own: FlankBody, pitch: PitchSurface, mean: bool) -> PrismBody:
-    """Sections drawn after the points and the scene's fields.
+    """Sections drawn from the points and the scene's fields.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def normal_module(own: FlankBody, pitch: PitchSurface) -> float:
 
 
 def section_problems(table: FlankPointsPair, body: int, own: FlankBody, pitch: PitchSurface) -> list[Problem]:
-    """Problems of the fields that sections are drawn after."""
+    """Problems of the fields that determine the drawn sections."""
     try:
         drawn_sections(table, body, own, pitch, False)
     except SceneError as error:
@@ -115,9 +115,9 @@ def section_problems(table: FlankPointsPair, body: int, own: FlankBody, pitch: P
 
 def _body(own: FlankBody, sections: list[tuple[float, ToothSection]], length: float | None = None) -> PrismBody:
     low, high = own.face_limits
-    ordered = sorted(sections, key=lambda one: one[0])
+    ordered = sorted(sections, key=lambda entry: entry[0])
     faces = tuple(face for face, _ in ordered)
-    return PrismBody(high - low, low, faces, tuple(one for _, one in ordered), length or own.surface.face_length)
+    return PrismBody(high - low, low, faces, tuple(entry for _, entry in ordered), length or own.surface.face_length)
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class _Plane:
     def of(cls, own: FlankBody, surface: PitchSurface, v: float) -> _Plane:
         grid = np.linspace(0.0, 1.0, 201)
         heights = surface.height(*own.radius_and_axial(grid, np.full(grid.size, v)))
-        # where the pitch surface leaves the flank, or nearly so, the middle part stands for it
+        # where the pitch surface leaves the flank, or nearly so, the middle part is used
         crossing = float(np.clip(grid[np.argmin(np.abs(heights))], *_MIDDLE))
         at = own.evaluate(np.array([crossing]), np.array([v]))
         point, across, along = (entry[0] for entry in at)
@@ -147,16 +147,16 @@ class _Plane:
         around = np.array([-point[1], point[0], 0.0]) / radius
         around *= np.sign(around @ normal)
         outwards = around - (around @ along) * along
-        share = float(np.linalg.norm(outwards))  # of the transverse pitch that the normal section sees
-        outwards /= share
+        fraction = float(np.linalg.norm(outwards))  # of the transverse pitch, in the normal section
+        outwards /= fraction
         upwards = np.cross(along, outwards)
         upwards *= np.sign(upwards @ across)
         line = own.evaluate(np.linspace(1.0, 0.0, _FLANK_POINTS), np.full(_FLANK_POINTS, v))[0] - point
         radial = (upwards[0] * point[0] + upwards[1] * point[1]) / radius
         return cls(
             np.column_stack([line @ outwards, line @ upwards]),
-            2.0 * pi * radius / own.teeth * share,
-            radial * share**2 / radius,
+            2.0 * pi * radius / own.teeth * fraction,
+            radial * fraction**2 / radius,
         )
 
 
@@ -172,7 +172,7 @@ def _section(
     thickness = chosen("tooth_thickness_mm", 0.5 * plane.pitch)
     if thickness >= 0.9 * plane.pitch:
         allowed = f"less than the pitch in the normal section ({plane.pitch:.4g} mm)"
-        raise _Unfit(f"{body}_tooth_thickness_mm", thickness, allowed, 'about half of it is usual: give "auto"')
+        raise _Unfit(f"{body}_tooth_thickness_mm", thickness, allowed, 'usually about half of it: give "auto"')
     teeth = plane.virtual_teeth
     x, y = plane.flank.T
     if ring:
@@ -190,11 +190,11 @@ def _section(
         table, body, flank, teeth if ring else 0, plane.pitch, chosen("fillet_radius_mm", _FILLET * module)
     )
     rim = chosen("rim_thickness_mm", _RIM * module)
-    share = np.linspace(1.0, 0.0, _FLANK_POINTS)
+    fraction = np.linspace(1.0, 0.0, _FLANK_POINTS)
     length = own.mean_length if mean else float(own.profile_length(np.array(v)))
     if not ring:
         return ToothSection(
-            flank, own.profile_at(share, length), fillet, RackRim(plane.pitch, float(fillet[-1, 1]) - rim)
+            flank, own.profile_at(fraction, length), fillet, RackRim(plane.pitch, float(fillet[-1, 1]) - rim)
         )
     root = float(np.hypot(*fillet[-1]))
     if rim >= root:
@@ -202,7 +202,7 @@ def _section(
             allowed = f"less than the virtual gear's root radius ({root:.4g} mm)"
             raise _Unfit(f"{body}_rim_thickness_mm", rim, allowed, "the body is a ring on a bore: give less")
         rim = 0.5 * root
-    return ToothSection(flank, own.profile_at(share, length), fillet, RingRim(teeth, root - rim))
+    return ToothSection(flank, own.profile_at(fraction, length), fillet, RingRim(teeth, root - rim))
 
 
 def _fillet(  # noqa: C901
@@ -220,7 +220,7 @@ def _fillet(  # noqa: C901
         return float(np.linalg.norm(point)) if teeth else float(point[1])
 
     def reach(size: float, below: float) -> float:
-        """Where the arc ends, over half a pitch."""
+        """End of the arc over half a pitch."""
         centre = end + below * down + size * outwards
         last = centre + size * bottom(centre)
         return float(np.arctan2(last[0], last[1])) * teeth / pi if teeth else 2.0 * float(last[0]) / pitch
@@ -229,7 +229,7 @@ def _fillet(  # noqa: C901
         centre = end + below * down + radius * outwards
         return height(end) - (height(centre) - radius)
 
-    wanted = getattr(table, f"{body}_root_depth_mm")
+    root_depth = getattr(table, f"{body}_root_depth_mm")
     given = getattr(table, f"{body}_fillet_radius_mm")
     if reach(0.0, 0.0) >= _ROOM:
         fix = "give less: the flanks of neighbouring teeth meet above the root"
@@ -241,17 +241,17 @@ def _fillet(  # noqa: C901
             raise _Unfit(f"{body}_fillet_radius_mm", given, f"up to {greatest:.4g} mm", fix)
         radius = greatest
     below = 0.0
-    if wanted != "auto":
-        if depth(0.0) > wanted:
-            if given != "auto" or wanted <= 0.0:
+    if root_depth != "auto":
+        if depth(0.0) > root_depth:
+            if given != "auto" or root_depth <= 0.0:
                 fix = "the fillet alone goes deeper: give more, or a smaller fillet radius"
-                raise _Unfit(f"{body}_root_depth_mm", wanted, f"at least {depth(0.0):.4g} mm", fix)
-            radius *= wanted / depth(0.0)
-        below = float(brentq(lambda length: depth(length) - wanted, -1e-9 * pitch, 4.0 * wanted))
+                raise _Unfit(f"{body}_root_depth_mm", root_depth, f"at least {depth(0.0):.4g} mm", fix)
+            radius *= root_depth / depth(0.0)
+        below = float(brentq(lambda length: depth(length) - root_depth, -1e-9 * pitch, 4.0 * root_depth))
         if reach(radius, below) > _ROOM:
             lowest = float(brentq(lambda length: reach(radius, length) - _ROOM, 0.0, below))
             fix = 'the tooth space closes above: give less, a smaller fillet radius, or "auto"'
-            raise _Unfit(f"{body}_root_depth_mm", wanted, f"up to {depth(lowest):.4g} mm", fix)
+            raise _Unfit(f"{body}_root_depth_mm", root_depth, f"up to {depth(lowest):.4g} mm", fix)
     start = end + max(below, 0.0) * down
     centre = start + radius * outwards
     to = bottom(centre)

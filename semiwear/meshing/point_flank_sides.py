@@ -1,4 +1,4 @@
-"""Checks of a flank given as points once it has a surface: the side it faces, and its unit of length."""
+"""Checks of the surface of a flank given as points: the side it faces, and its unit of length."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from semiwear.scene import FlankPointsPair
 
 __all__ = ["side_problems", "unit_problems"]
 
-_LEANING = 0.02  # share by which a flank leans to its tip at least: teeth are thinner at the tip
-_NORMALS_OFF = 5.0  # degrees by which given normals may miss the surface
+_LEANING = 0.02  # least inclination of a flank towards its tip: teeth are thinner at the tip
+_NORMALS_OFF = 5.0  # degrees by which given normals may deviate from the surface
 _ALIKE = 2.5  # pitches of both bodies
 _UNITS = (("metres", 1e3), ("inches", 25.4), ("micrometres", 1e-3))
 
 
 def side_problems(table: FlankPointsPair, index: int, body: FlankBody, grid: PointGrid) -> list[Problem]:
-    """The flank faces the way it has to move in, its rows run to the tip, and given normals agree."""
+    """Problems of a flank's side, of the direction of its rows, and of given normals."""
     name = BODIES[index]
     key, path = f"gear_pair.{name}_file", getattr(table, f"{name}_file")
     does = "pushes" if body.pushes else "is pushed"
@@ -70,7 +70,7 @@ def side_problems(table: FlankPointsPair, index: int, body: FlankBody, grid: Poi
 
 
 def unit_problems(bodies: list[FlankBody]) -> list[Problem]:
-    """Both bodies have about the same pitch, and parallel axes are as far apart as the flanks' radii say."""
+    """Problems of units: bodies of different pitch, or parallel axes at a distance unlike the flanks' radii."""
     radii = [float(np.mean(np.hypot(*np.moveaxis(body.surface.points[..., :2], -1, 0)))) for body in bodies]
     pitches = [2.0 * pi * radius / body.teeth for radius, body in zip(radii, bodies, strict=True)]
     parallel = np.linalg.norm(np.cross(bodies[0].frame[:, 2], bodies[1].frame[:, 2])) < 1e-6
@@ -104,5 +104,5 @@ def unit_problems(bodies: list[FlankBody]) -> list[Problem]:
 
 
 def _fits(distance: float, expected: float) -> bool:
-    """Whether a centre distance is about what the flanks' mean radii let expect."""
+    """Whether a centre distance agrees with the flanks' mean radii."""
     return 0.85 < distance / expected < 1.18

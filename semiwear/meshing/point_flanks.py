@@ -1,9 +1,8 @@
-"""From the files of a table to two flanks in mesh: surfaces laid through points, and how they stand at roll 0.
+"""From the files of a table to two flanks in mesh: surfaces through points, and their rotations at roll 0.
 
-Nothing tells how the two grids stand to each other: a measured flank has any angle about its axis. So the angle of
-the gear is looked for in which some point of its flank can be held by the pinion's with opposite normals; from
-there the unloaded path of contact is followed, and roll 0 is where the flanks slide on it along their teeth, not
-across.
+The relative position of the two grids is unknown: a measured flank has any angle about its axis. So an angle of the
+gear is searched at which some point of its flank can touch the pinion's with opposite normals; from there the
+unloaded path of contact is followed, and roll 0 is where the flanks slide on it along their teeth, not across.
 """
 
 from __future__ import annotations
@@ -32,20 +31,20 @@ from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 from semiwear.scene import FlankPointsPair, Placement
 from semiwear.untyped import Options
 
-__all__ = ["flanks_in_mesh", "point_flanks", "point_flanks_or_problems", "surfaces_told"]
+__all__ = ["flanks_in_mesh", "point_flanks", "point_flanks_or_problems", "surfaces_summary"]
 
 _TURNS = 1440  # angles of the gear that are tried
-_PLACES = np.linspace(0.05, 0.95, 9)  # on its flank, each way
+_PLACES = np.linspace(0.05, 0.95, 9)  # points on its flank, each way
 _OPPOSITE = 0.03  # 1 + cosine of the normals: 14 degrees between them at most
-_ROLLS = 1.5  # base pitches about it, within which the path is followed
-_STEPS = (37, 17)  # of the first search, and of those about its best
+_ROLLS = 1.5  # base pitches to either side, within which the path is followed
+_STEPS = (37, 17)  # points of the first search, and of later ones about its best
 _NARROWER = 8.0
 _NARROWINGS = 3
 _FACES = 9
-_LINE = 1e-6  # of the flank's height: what the separation may vary along a line, besides the surfaces' errors
+_LINE = 1e-6  # of the flank's height: variation of the separation along a line, besides the surfaces' errors
 _FARTHEST_LINE, _LINE_STEPS = 3.0, 97  # base pitches to either side, within which it crosses the middle of the face
-_BESIDE = 1e-3  # of the face width, between stations there
-# Fields of edges and of sections, which the flanks' surfaces know nothing of, at their defaults.
+_BESIDE = 1e-3  # of the face width, between stations in the middle of the face
+# Defaults of the fields of edges and sections, on which the flanks' surfaces do not depend.
 _OF_TEETH: Options = {
     entry.name: entry.default
     for entry in fields(FlankPointsPair)
@@ -54,7 +53,7 @@ _OF_TEETH: Options = {
 
 
 def point_flanks_or_problems(table: FlankPointsPair) -> PointFlanks | tuple[Problem, ...]:
-    """Both flanks in mesh, or all that keeps them from it; kept between runs as long as the files stay the same."""
+    """Both flanks in mesh, or all their problems; kept between runs as long as the files stay the same."""
     found = _kept(replace(table, **_OF_TEETH))
     return found if isinstance(found, tuple) else replace(found, table=table)
 
@@ -68,7 +67,7 @@ def _kept(table: FlankPointsPair) -> PointFlanks | tuple[Problem, ...]:
 def _flanks_or_problems(
     table: FlankPointsPair, read: Sequence[PointGrid | Problem]
 ) -> PointFlanks | tuple[Problem, ...]:
-    """Flanks in mesh from what was read for the pinion and for the gear."""
+    """Flanks in mesh from the grids read for the pinion and for the gear."""
     problems: list[Problem] = []
     bodies: list[FlankBody] = []
     grids: list[PointGrid] = []
@@ -105,7 +104,7 @@ def point_flanks(table: FlankPointsPair) -> PointFlanks:
     Raises
     ------
     SceneError
-        With every problem of the files and of how they fit.
+        With every problem of the files and of their mesh.
     """
     found = point_flanks_or_problems(table)
     if isinstance(found, tuple):
@@ -114,12 +113,12 @@ def point_flanks(table: FlankPointsPair) -> PointFlanks:
 
 
 def flanks_in_mesh(table: FlankPointsPair, pinion: PointGrid, gear: PointGrid) -> PointFlanks:
-    """Both flanks in mesh, from points that are known already, whatever files the table names.
+    """Both flanks in mesh from given points, instead of the files of the table.
 
     Raises
     ------
     SceneError
-        With every problem of the points and of how they fit.
+        With every problem of the points and of their mesh.
     """
     found = _flanks_or_problems(table, (pinion, gear))
     if isinstance(found, tuple):
@@ -127,9 +126,9 @@ def flanks_in_mesh(table: FlankPointsPair, pinion: PointGrid, gear: PointGrid) -
     return found
 
 
-def surfaces_told(table: FlankPointsPair) -> str:
-    """A few words on the surfaces laid through the points, their noise, and how far they can be trusted."""
-    told = []
+def surfaces_summary(table: FlankPointsPair) -> str:
+    """Summary of the surfaces through the points: their noise, smoothing and error."""
+    parts = []
     for name, body in zip(BODIES, point_flanks(table).bodies, strict=True):
         surface = body.surface
         rows, columns = surface.points.shape[:2]
@@ -138,8 +137,8 @@ def surfaces_told(table: FlankPointsPair) -> str:
             text += f" with a noise of {1e3 * surface.noise:.2g} um, smoothed by {1e3 * surface.smoothing:.2g} um"
         elif surface.noisy:
             text += f" with a noise of {1e3 * surface.noise:.2g} um, not smoothed"
-        told.append(f"{text}, surface error {1e3 * surface.error:.2g} um")
-    return "; ".join(told)
+        parts.append(f"{text}, surface error {1e3 * surface.error:.2g} um")
+    return "; ".join(parts)
 
 
 # ---- one body
@@ -168,7 +167,7 @@ def _body(table: FlankPointsPair, index: int, grid: PointGrid) -> FlankBody:
 
 @dataclass(frozen=True)
 class _Start:
-    """A way in which the flanks touch with opposite normals."""
+    """Rotations at which the flanks touch with opposite normals."""
 
     driven_turn: float
     driving_turn: float
@@ -178,9 +177,9 @@ def _in_mesh(
     table: FlankPointsPair, bodies: tuple[FlankBody, FlankBody], grids: tuple[PointGrid, PointGrid]
 ) -> PointFlanks:
     start = _start(table, bodies)
-    nothing = PitchSurface(0.0, 0.0, (1.0, 0.0))
+    placeholder = PitchSurface(0.0, 0.0, (1.0, 0.0))
     flanks = PointFlanks(
-        table, bodies, start.driven_turn, start.driving_turn, np.zeros(3), (nothing, nothing), 1.0,
+        table, bodies, start.driven_turn, start.driving_turn, np.zeros(3), (placeholder, placeholder), 1.0,
         (grids[DRIVING].sections, grids[DRIVEN].sections),
         (_tooth_length(grids[DRIVING]), _tooth_length(grids[DRIVEN])),
     )  # fmt: skip
@@ -205,12 +204,12 @@ def _in_mesh(
 
 
 def _tooth_length(grid: PointGrid) -> float | None:
-    told = grid.attributes.get("tooth_length_mm")
-    return None if told is None else float(told)
+    length = grid.attributes.get("tooth_length_mm")
+    return None if length is None else float(length)
 
 
 def _to_the_tips(body: FlankBody) -> FloatArray:
-    """Radial and axial part of the way from root to tip [mm]."""
+    """Radial and axial distance from root to tip [mm]."""
     radius, axial = body.radius_and_axial(np.array([[0.0], [1.0]]), np.linspace(0.0, 1.0, 5))
     return np.array([np.mean(radius[1] - radius[0]), np.mean(axial[1] - axial[0])])
 
@@ -260,7 +259,7 @@ def _extent(body: FlankBody) -> str:
 
 @dataclass(frozen=True)
 class _PitchContact:
-    """Where the flanks touch at roll 0.
+    """Contact of the flanks at roll 0.
 
     Attributes
     ----------
@@ -274,7 +273,7 @@ class _PitchContact:
 
 
 def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, _PitchContact]:
-    """The flanks moved on to where they do not slide across their teeth, on their path of contact."""
+    """The flanks turned to the point of their path of contact without sliding across their teeth."""
     driving, driven = flanks.bodies
     mesh = PointFlankMesh(flanks, Placement())
 
@@ -320,7 +319,7 @@ def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, _PitchConta
 
 @dataclass(frozen=True)
 class _Place:
-    """Where flanks touch at one roll position: arrays as of `ContactPoints`."""
+    """Contact of the flanks at one roll position: arrays as of `ContactPoints`."""
 
     face: FloatArray
     profile: FloatArray
@@ -331,9 +330,9 @@ class _Place:
 def _in_the_middle_of_the_face(
     flanks: PointFlanks, mesh: PointFlankMesh, near: float, least: float
 ) -> tuple[float, _Place] | None:
-    """Roll position and place of no sliding across in the middle of the driven face, if flanks touch along lines.
+    """Roll position and place without sliding across, in the middle of the driven face, if flanks touch along lines.
 
-    None where the flanks are farther apart there than at the least separation, or do not reach there.
+    None if the flanks are farther apart there than at the least separation, or do not reach there.
     """
     low, high = mesh.face_limits
     stations = 0.5 * (low + high) + _BESIDE * (high - low) * np.array([-1.0, 0.0, 1.0])
@@ -352,7 +351,7 @@ def _in_the_middle_of_the_face(
     if not turns.size:
         return None
     first = int(turns[np.argmin(np.abs(roll[turns] - near))])
-    found = brentq(lambda one: float(across(np.array([one]))[1][0]), roll[first], roll[first + 1], xtol=1e-12)
+    found = brentq(lambda at: float(across(np.array([at]))[1][0]), roll[first], roll[first + 1], xtol=1e-12)
     profile, _ = across(np.array([found]))
     met = mesh.meeting(stations[1:2], profile, np.array([found]))
     apart = abs(float(met.separation[0]) - least)
@@ -380,7 +379,7 @@ def _along(flanks: PointFlanks, face: FloatArray, profile: FloatArray, roll: Flo
 
 
 def _along_driving(driving: FlankBody, position: FloatArray) -> FloatArray:
-    """Unit direction of the driving body's tooth where its flank holds a position, in the fixed frame."""
+    """Unit direction of the driving body's tooth at a position on its flank, in the fixed frame."""
     local = (position - driving.centre) @ driving.frame
     held = driving.touch(np.array([np.hypot(local[0], local[1])]), local[2:3].copy())
     along = driving.evaluate(held.u, held.v)[2]
@@ -396,7 +395,7 @@ def _turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
 
 
 def _with_shared_face(flanks: PointFlanks) -> PointFlanks:
-    """Stations of the driving flank named after those of the driven one that they meet at the pitch point."""
+    """Flanks whose driving stations have the face coordinates of their mating points at the pitch point."""
     driving = flanks.driving
     mesh = PointFlankMesh(flanks, Placement())
     low, high = flanks.driven.face_limits

@@ -1,6 +1,6 @@
 """Pitch point and pitch surfaces of two bodies on axes that may lie anywhere.
 
-With parallel or intersecting axes the bodies' relative motion is a pure turn about their instantaneous axis: the
+With parallel or intersecting axes the bodies' relative motion is a pure rotation about their instantaneous axis: the
 pitch surfaces are the cylinders or cones that it sweeps, and the pitch point is its point next to the contact. With
 crossed axes it is a screw, nothing rolls without sliding, and the pitch point may be chosen (Litvin and Fuentes 2004,
 Gear Geometry and Applied Theory, ch. 3 and 21.4): it is the contact itself where the flanks do not slide across the
@@ -68,7 +68,7 @@ def pitch_point(first: Motion, second: Motion, contact: FloatArray) -> FloatArra
 
 
 def instantaneous_axis(first: Motion, second: Motion) -> FloatArray | None:
-    """Direction of the axis about which the bodies turn against each other; None with crossed axes."""
+    """Direction of the instantaneous axis of the relative motion; None with crossed axes."""
     if not meet_in_a_point(first, second):
         return None
     turn = first[0] - second[0]

@@ -1,7 +1,7 @@
-"""Material removed from two flanks, as the slices of a roll position meet it.
+"""Material removed from both flanks in the slices of each roll position.
 
-Wear of the driven flank is the same at every roll position. What the driving flank lacks is met elsewhere at
-each of them, so that it has a row of its own for every roll position; and that flank goes on beyond the tip of the
+Wear of the driven flank is the same at every roll position. The driving flank has other mating points at each of
+them, so that its material removed needs a row for every roll position; and that flank extends beyond the tip of the
 driven one.
 """
 
@@ -24,13 +24,13 @@ class Removed:
     Attributes
     ----------
     grid : FlankGrid
-        Where it is known: at nodes of the driven flank, closer ones and some beyond the tip where both flanks wear.
+        Nodes of the driven flank; closer ones, with some beyond the tip, where both flanks wear.
     depth : (rows, face, profile) array [mm]
         Along the common normal, >= 0.
     row : (roll,) int array
-        Which row each roll position meets.
+        Row of `depth` for each roll position.
     windows : (roll, face, 2) int array or None
-        First node and the one behind the last between which the depth is known; None: everywhere.
+        First node with a depth and the one behind the last; None: all nodes.
     """
 
     grid: FlankGrid
@@ -40,11 +40,11 @@ class Removed:
 
     @classmethod
     def met(cls, grid: FlankGrid, depth: FloatArray, rolls: int) -> Removed:
-        """From `depth` [mm] of one row, (1, face, profile), or of one for every roll position."""
+        """Material removed from `depth` [mm] of one row, (1, face, profile), or of one row per roll position."""
         return cls(grid, depth, np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64))
 
     def every(self, step: int) -> Removed:
-        """That of every `step`-th roll position."""
+        """Material removed at every `step`-th roll position."""
         windows = None if self.windows is None else self.windows[::step]
         return Removed(self.grid, self.depth, self.row[::step], windows)
 
@@ -57,5 +57,5 @@ class Removed:
 
     @property
     def varies(self) -> BoolArray:
-        """Whether a slice has another shape than the nominal flanks give it, (roll, face)."""
+        """Whether the gap of a slice differs in shape from that of the nominal flanks, (roll, face)."""
         return np.asarray((np.ptp(self.depth, axis=2) > 0.0)[self.row])

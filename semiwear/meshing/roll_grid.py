@@ -13,8 +13,8 @@ from semiwear.meshing.tooth_contact import misplaced, separation_of_neighbours
 
 __all__ = ["RollGrid", "even_roll_grid", "given_roll_grid", "pairs_that_can_touch"]
 
-_FARTHEST = 4  # roll positions from the pitch point beyond which no pair is looked for
-_STEPS = 8  # to a roll position, in that search
+_FARTHEST = 4  # roll positions from the pitch point within which pairs are searched
+_STEPS = 8  # per roll position in that search
 
 _LESS_REACH = "lower operation.pinion_torque_Nm, give stiffer materials, or set numerics.tooth_pairs"
 
@@ -30,7 +30,7 @@ class RollGrid:
     pairs : int
         Tooth pairs; pair j of position m stands at ``start + phase[m] + j``.
     phase : (M,) array
-        Mesh positions relative to `start`, in [0, 1), growing.
+        Mesh positions relative to `start`, in [0, 1), rising.
     substeps : int
         Steps of the fine grid, on which wear is summed, between two of these positions.
     """
@@ -42,7 +42,7 @@ class RollGrid:
 
     @property
     def roll(self) -> FloatArray:
-        """All roll positions, growing: (pairs * M,) array."""
+        """All roll positions, rising: (pairs * M,) array."""
         return (self.start + np.arange(self.pairs)[:, None] + self.phase).ravel()
 
     @property
@@ -64,12 +64,12 @@ class RollGrid:
 def pairs_that_can_touch(pair: FlankPair, reach: float) -> tuple[float, int]:
     """First roll position, and number of pairs, that follow every contact nearer than `reach` [mm].
 
-    Nearer than the nearest pair at the same mesh position: misplaced flanks transmit unevenly.
+    Relative to the nearest pair at the same mesh position, since misaligned flanks transmit unevenly.
 
     Raises
     ------
     SceneError
-        If the flanks meet nowhere at some mesh position, or still farther out than is looked.
+        If the flanks meet nowhere at some mesh position, or still beyond the range of the search.
     """
     roll, separation, least = separation_of_neighbours(pair, _FARTHEST, _STEPS)
     near = roll[separation <= least + reach]
@@ -86,15 +86,15 @@ def pairs_that_can_touch(pair: FlankPair, reach: float) -> tuple[float, int]:
 
 
 def even_roll_grid(start: float, pairs: int, positions: int, fine: int) -> RollGrid:
-    """Even mesh positions, with substeps enough for `fine` to a mesh cycle."""
+    """Evenly spaced mesh positions, with substeps for at least `fine` per mesh cycle."""
     substeps = max(1, -(-fine // positions))
     return RollGrid(start, pairs, np.arange(positions) / positions, substeps)
 
 
 def given_roll_grid(start: float, pairs: int, roll_positions: FloatArray) -> RollGrid:
     """Mesh positions given as roll positions, taken modulo 1."""
-    wanted = np.atleast_1d(np.asarray(roll_positions, float))
-    if wanted.size == 0 or not np.all(np.isfinite(wanted)):
+    given = np.atleast_1d(np.asarray(roll_positions, float))
+    if given.size == 0 or not np.all(np.isfinite(given)):
         raise SceneError.of("roll_positions", roll_positions, "finite numbers, one at least")
-    phase = np.mod(np.round(wanted - start, 12), 1.0)
+    phase = np.mod(np.round(given - start, 12), 1.0)
     return RollGrid(start, pairs, np.unique(phase))

@@ -1,4 +1,4 @@
-"""How the surfaces of two flanks move through their fresh contact lines."""
+"""Velocities of both surfaces through the fresh contact lines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def line_speed(pair: FlankPair, lines: ContactLines) -> tuple[FloatArray, FloatA
     """Speed of fresh lines over the driven flank, and whether they move towards its tip (+1) or root (-1).
 
     Measured between lines traced a little before and after each roll position. Where a line turns in between, the
-    speed is that of its whole way.
+    speed is that of its whole path.
 
     Returns
     -------

@@ -1,9 +1,9 @@
 """Unloaded tooth contact analysis: a minimum of the separation, never a root (design, section 4).
 
-For a roll position the flanks first touch where the separation is least. Over a grid of slices that place cannot be
-missed; Newton then polishes it, and its step is only taken where it lowers the separation. Inside the borders of
+For a roll position the flanks first touch where the separation is least. A grid of slices gives a first guess, which
+Newton's method refines; its step is only taken where it lowers the separation. Inside the borders of
 both flanks it is a point of the path of contact; where the least separation lies on a border an edge touches. Flanks
-that touch along a whole line have no such point: the middle of what lies within all borders stands for the line.
+that touch along a whole line have no such point: the middle of its part within all borders is taken instead.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ __all__ = [
     "unloaded_contact",
 ]
 
-_SLICES = 41  # of the grid that starts the search
-_SEARCH = (-3, 3, 16)  # first and last roll position between which a path is looked for, steps to a roll
-_VALLEY_PASSES = 2  # across the flank alone, in front of those along it
+_SLICES = 41  # of the first grid of the search
+_SEARCH = (-3, 3, 16)  # first and last roll position of the search for a path, steps per roll
+_VALLEY_PASSES = 2  # across the flank alone, before those along it
 _NEWTON_PASSES = 8
-_STEPS = (3e-4, 5e-4)  # of face width and height, for gradients: longer ones are off by their square
+_STEPS = (3e-4, 5e-4)  # of face width and height, for gradients, whose error is the square of the step
 _ON_BORDER = 1e-6  # of the flank's height
 _FLAT = 1e-5  # ratio of curvatures along and across below which flanks touch along a line
 _EVEN = 1e-7  # of the flank's height: change of the separation along such a line, from one slice to the next
 _HALVINGS = 20
-_THIRDS = 24  # of two distances of stations: to 1e-4 of one
-_SETTLED = 1e-10  # of face width and height: shorter steps are left
+_THIRDS = 24  # cuts by a third, from two station distances to 1e-4 of one
+_SETTLED = 1e-10  # of face width and height: shorter steps end the search
 _CLOSE = 1e-7  # of a step along the profile: likewise
 _BACK_TRACKS = 8  # halvings of a step that raises the separation
-_LIKE = 1e-9  # of the flank's height: separations that close are alike, as gradients are off by their steps
+_EQUAL = 1e-9  # of the flank's height: separations this close count as equal, within the error of gradients
 _SHORTEST = 0.03  # of the steps for gradients: rounding leaves 1e-7/mm of curvatures
 _NO_MARGIN = 1e-9  # mm: on a border
 
@@ -113,7 +113,7 @@ def _margin(pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatA
 
 
 def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
-    """Where a pair first touches at roll positions, within the nominal (sharp) borders of both flanks."""
+    """Points of first touch of a pair at roll positions, within the nominal (sharp) borders of both flanks."""
     roll = np.asarray(roll, float)
     low, high = pair.face_limits
     stations = np.linspace(low, high, _SLICES)
@@ -128,7 +128,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     face, profile = held_face.copy(), held_profile.copy()
     for done in range(_NEWTON_PASSES):
         gradient, hessian, _ = _derivatives(pair, face, profile, roll, np.array(_STEPS) * size)
-        # whether flanks touch along a line shows in the valley alone, not beside it on a border
+        # line contact can be recognised in the valley only, not beside it on a border
         newton = _into_valley(gradient, hessian) if done < _VALLEY_PASSES else _newton(gradient, hessian)
         # no farther than a tenth of the flank in one pass
         move = np.clip(newton, -0.1 * size, 0.1 * size)
@@ -144,7 +144,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     separation = pair.meeting(face, profile, roll).separation
     gradient, hessian, _ = _derivatives(pair, face, profile, roll, np.array(_STEPS) * size)
     above = np.full(roll.size, _ON_BORDER * 1e-2 * height)
-    # flanks askew: an edge is nearer up to the station beside the end of the line
+    # misaligned flanks: an edge is nearer up to the station beside the end of the line
     above[straight] = _EVEN * height + np.abs(gradient[straight, 0]) * (stations[1] - stations[0])
     # where a search ended on a border without a minimum there, an edge touches
     least = np.all(np.abs(_newton(gradient, hessian)) <= _ON_BORDER * size, axis=1)
@@ -155,7 +155,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     (_, once, short), (_, twice, long) = (
         _derivatives(pair, face, profile, roll, factor * for_curvature) for factor in (1.0, 2.0)
     )
-    # Richardson: what both are off by the square of their steps cancels
+    # Richardson extrapolation: errors of the second order in the step cancel
     curvature, along = _principal((4.0 * once - twice) / 3.0, (4.0 * short - long) / 3.0)
     met = pair.meeting(face, profile, roll)
     return ContactPoints(
@@ -198,16 +198,16 @@ def _derivatives(
 def _lowered(
     pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatArray, move: FloatArray, height: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Places (face, profile) moved by (K, 2) [mm], or by as much less as the separation asks not to grow."""
+    """Places (face, profile) moved by (K, 2) [mm], or by a fraction of it with which the separation does not grow."""
     low, high = pair.face_limits
     margin = 0.02 * (high - low)
-    most = pair.meeting(face, profile, roll).separation + _LIKE * height
+    most = pair.meeting(face, profile, roll).separation + _EQUAL * height
     pending = np.ones(roll.size, dtype=bool)
-    for share in 0.5 ** np.arange(_BACK_TRACKS):
-        # not off the surface's domain
-        there = np.clip(face + share * move[:, 0], low - margin, high + margin)
+    for fraction in 0.5 ** np.arange(_BACK_TRACKS):
+        # within the surface's domain
+        there = np.clip(face + fraction * move[:, 0], low - margin, high + margin)
         borders = pair.borders(there, sharp=True)
-        up = np.clip(profile + share * move[:, 1], borders.root - 0.3 * height, borders.tip + 0.3 * height)
+        up = np.clip(profile + fraction * move[:, 1], borders.root - 0.3 * height, borders.tip + 0.3 * height)
         lower = pending & (pair.meeting(there, up, roll).separation <= most)
         face, profile = np.where(lower, there, face), np.where(lower, up, profile)
         pending &= ~lower
@@ -228,7 +228,7 @@ def _middle_of_line(
     stations : (S,) array [mm]
         Face stations between which no contact is missed.
     profile : (K, S) array [mm]
-        Where the separation is about least in each slice.
+        About the least separation in each slice.
     step : float [mm]
         For differences by the profile coordinate; shorter near a base circle.
     even : float [mm]
@@ -237,13 +237,13 @@ def _middle_of_line(
     Returns
     -------
     face, profile : (K,) arrays [mm]
-        Where no part lies within the borders, of the station that is least outside.
+        Those of the station that is least outside, if no part lies within the borders.
     """
 
     def valley(
         face: FloatArray, at: FloatArray, rolls: FloatArray, passes: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Least place near `at`, its separation and its distance to the nearest border; -inf where there is none."""
+        """Least place near `at`, its separation and its distance to the nearest border; -inf without a minimum."""
         for _ in range(passes):
             short = short_steps(pair, face, at, rolls, step)
             places = at[..., None] + short[..., None] * np.array([-1.0, 0.0, 1.0])
@@ -264,7 +264,7 @@ def _middle_of_line(
     rolls = np.broadcast_to(roll[:, None], profile.shape)
     profile, separation, margin = valley(face, profile, rolls, _NEWTON_PASSES)
     last = stations.size - 1
-    # a line shorter than the distance of stations shows where it lies deepest within the borders
+    # a line shorter than the distance of stations is found where it lies deepest within the borders
     lone = np.flatnonzero(np.all(margin < 0.0, axis=1))
     if lone.size:
         face, at = face.copy(), np.argmax(margin[lone], axis=1)
@@ -294,22 +294,22 @@ def _middle_of_line(
         gaps.append(gap_there)
     found = counts.any(axis=1)
     index = np.where(found, (first[0] + first[1]) // 2, np.argmax(margin, axis=1))
-    # flanks askew touch with one end of the line
+    # misaligned flanks touch at one end of the line
     lean = gaps[1] - gaps[0]
-    share = np.where(np.abs(lean) <= 2.0 * even, 0.5, np.where(lean < 0.0, 1.0, 0.0))
-    middle = np.where(found, ends[0] + share * (ends[1] - ends[0]), face[rows, index])
+    part = np.where(np.abs(lean) <= 2.0 * even, 0.5, np.where(lean < 0.0, 1.0, 0.0))
+    middle = np.where(found, ends[0] + part * (ends[1] - ends[0]), face[rows, index])
     return middle, valley(middle, profile[rows, index], roll, _NEWTON_PASSES)[0]
 
 
 def _is_flat(hessian: FloatArray) -> BoolArray:
-    """Whether the separation bends across the flanks alone."""
+    """Whether the separation is curved across the flanks only."""
     across = hessian[:, 1, 1]
     determinant = hessian[:, 0, 0] * across - hessian[:, 0, 1] ** 2
     return (across > 0.0) & (np.abs(determinant) <= _FLAT * across**2)
 
 
 def _into_valley(gradient: FloatArray, hessian: FloatArray) -> FloatArray:
-    """Newton step by profile alone where the separation is convex across the flank, none elsewhere."""
+    """Newton step in the profile alone where the separation is convex across the flank, zero elsewhere."""
     across = hessian[:, 1, 1]
     convex = across > 0.0
     move = np.where(convex, -gradient[:, 1] / np.where(convex, across, 1.0), 0.0)
@@ -317,7 +317,7 @@ def _into_valley(gradient: FloatArray, hessian: FloatArray) -> FloatArray:
 
 
 def _newton(gradient: FloatArray, hessian: FloatArray) -> FloatArray:
-    """Newton step where the separation is convex, by profile alone where it is flat, steepest descent elsewhere."""
+    """Newton step where the separation is convex, in the profile alone where it is flat, else steepest descent."""
     determinant = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
     convex = (determinant > 0.0) & (hessian[:, 0, 0] > 0.0)
     safe = np.where(convex, determinant, 1.0)
@@ -346,7 +346,7 @@ def _principal(hessian: FloatArray, tangents: FloatArray) -> tuple[FloatArray, F
 
 
 def _ends(pair: FlankPair) -> tuple[float, float]:
-    """First and last roll position at which the pair touches inside its borders; or, if never, at which it leads."""
+    """First and last roll position at which the pair touches inside its borders, or else is the nearest pair."""
     start, stop, per_roll = _SEARCH
     count = (stop - start) * per_roll + 1
     roll = np.linspace(start, stop, count)
@@ -357,7 +357,7 @@ def _ends(pair: FlankPair) -> tuple[float, float]:
         def margin(at: float) -> float:
             point = contact_points(pair, np.array([at]))
             found = float(point.margin[0])
-            # the end of a line on a border touches, and what a search left there does not: the margin says neither
+            # on a border the end of a line touches, a failed search does not: the margin cannot distinguish them
             if abs(found) <= _NO_MARGIN:
                 found = _NO_MARGIN
             return found if point.inside[0] else min(found, -_NO_MARGIN)
@@ -370,7 +370,7 @@ def _ends(pair: FlankPair) -> tuple[float, float]:
         low = roll[first] if first == 0 else _cross(margin, roll[first - 1], roll[first])
         high = roll[last] if last == count - 1 else _cross(margin, roll[last], roll[last + 1])
         return low, high
-    # an edge touches throughout: the pair counts from where it takes over from its neighbour to where it hands on
+    # an edge touches throughout: the pair counts while it is nearer than its neighbours
     padded = np.pad(points.separation, per_roll, constant_values=np.inf)
     neighbours = np.minimum(padded[: -2 * per_roll], padded[2 * per_roll :])
     leading = np.flatnonzero(points.separation <= neighbours)
@@ -378,7 +378,7 @@ def _ends(pair: FlankPair) -> tuple[float, float]:
 
 
 def _cross(function, low: float, high: float) -> float:  # type: ignore[no-untyped-def]
-    """Zero of a function between two places, or the better of them where it has no change of sign."""
+    """Zero of a function between two arguments, or the better of them if the sign does not change."""
     a, b = function(low), function(high)
     if a * b > 0.0:
         return low if abs(a) < abs(b) else high
@@ -409,9 +409,9 @@ def misplaced(pair: FlankPair, found: str, allowed: str, *, placed: str, aligned
     pair : FlankPair
     found, allowed : str
     placed : str
-        What to change where the pinion is displaced: the placement is to blame.
+        Remedy if the pinion is displaced.
     aligned : str
-        What to change where it is in its nominal place: nobody gave a placement.
+        Remedy if the pinion is in its nominal place.
     """
     if pair.placement.is_aligned:
         return SceneError.of("gear_pair", found, allowed, aligned)
@@ -422,19 +422,19 @@ def misplaced(pair: FlankPair, found: str, allowed: str, *, placed: str, aligned
 def separation_of_neighbours(
     pair: FlankPair, farthest: int, steps: int, slices: int = 15
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Whether and where the flanks meet: roll positions, least separation there, and that of the nearest pair.
+    """Least separation of the flanks at roll positions, and that of the nearest pair.
 
-    Kept for runs of the same flanks, and not to be changed.
+    Cached for runs of the same flanks; do not change the arrays.
 
     Parameters
     ----------
     pair : FlankPair
     farthest : int
-        Roll positions from the pitch point up to which pairs are looked at.
+        Roll positions from the pitch point within which pairs are searched.
     steps : int
-        Positions to a mesh cycle.
+        Positions per mesh cycle.
     slices : int
-        Of the flank: few, for a rough answer.
+        Slices of the flank: few, for an estimate.
 
     Returns
     -------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from semiwear.meshing.point_flanks import surfaces_told
+from semiwear.meshing.point_flanks import surfaces_summary
 from semiwear.scene import FlankPointsPair, Scene
 from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
 from semiwear.scene.tables import RESOLUTION, Wear
@@ -62,7 +62,7 @@ def physics_choices(scene: Scene) -> tuple[Choice, ...]:
 
 def _geometry_choice(scene: Scene) -> Choice:
     pair = scene.gear_pair
-    surfaces = f": {surfaces_told(pair)}" if isinstance(pair, FlankPointsPair) else ""
+    surfaces = f": {surfaces_summary(pair)}" if isinstance(pair, FlankPointsPair) else ""
     return Choice("geometry", pair.description, True, f'gear_pair.type = "{pair.type}"{surfaces}', pair.references)
 
 

@@ -1,8 +1,8 @@
-"""Checkpoints: the wear states of a run, each in a file of its own as soon as it is found.
+"""Checkpoints: the wear states of a run, each in a file of its own as soon as it is solved.
 
-A checkpoint is a folder: ``run.json`` holds what the run stands on (`run_identity`), ``0000.npz`` the unworn state,
-``0001.npz`` the state after the first wear step. A file is written beside its place and renamed, so that it is whole
-or absent, whenever a run is killed.
+A checkpoint is a folder: ``run.json`` holds the run's identity (`run_identity`), ``0000.npz`` the unworn state,
+``0001.npz`` the state after the first wear step. A file is written under another name and renamed, so it is whole
+or absent if a run is killed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from semiwear.results.run_identity import differences
 
 try:
     import fcntl
-except ImportError:  # not a POSIX system: two runs are not kept apart there
+except ImportError:  # not a POSIX system: no lock against a second run
     fcntl = None  # type: ignore[assignment]
 
 __all__ = ["Checkpoint", "Keeper", "KeptStep", "NoCheckpoint", "Peek", "open_checkpoint", "peek", "remove_checkpoint"]
@@ -44,7 +44,7 @@ class KeptStep:
     total : int
         Wear steps of the whole run; 0 while that is not known.
     seconds : dict of str to float
-        Time that the run had taken by then, by stage and effect [s].
+        Time of the run so far, by stage and effect [s].
     arrays : dict of str to array
     """
 
@@ -60,9 +60,9 @@ class Peek:
     Attributes
     ----------
     finished : int
-        Wear steps that are whole.
+        Complete wear steps.
     damaged : bool
-        Whether what follows them is damaged.
+        Whether the next one is damaged.
     """
 
     finished: int
@@ -77,7 +77,7 @@ class Keeper(Protocol):
         """Wear states that an earlier run has left, the unworn one first."""
 
     def add(self, step: KeptStep) -> None:
-        """Keep one more."""
+        """Keep a further step."""
 
     def __enter__(self) -> Keeper:
         """Begin."""
@@ -89,7 +89,7 @@ class Keeper(Protocol):
 
 
 class NoCheckpoint:
-    """Keeps nothing."""
+    """A keeper that does nothing."""
 
     steps: tuple[KeptStep, ...] = ()
 
@@ -124,11 +124,11 @@ class Checkpoint:
         self.close()
 
     def close(self) -> None:
-        """Let the folder go; it stays."""
+        """Unlock the folder, which remains."""
         os.close(self._lock)
 
     def add(self, step: KeptStep) -> None:
-        """Keep one more wear state; when this returns it is on the disk.
+        """Keep a further wear state, which is on the disk when this returns.
 
         Raises
         ------
@@ -139,7 +139,7 @@ class Checkpoint:
         try:
             if self._anew is not None:
                 if len(self._waiting) < 2:
-                    return  # only a finished wear step takes the place of an earlier run's
+                    return  # only a finished wear step replaces those of an earlier run
                 _begin(self.folder, self._anew)
                 self._anew = None
             while self._waiting:
@@ -161,10 +161,10 @@ def open_checkpoint(path: str | os.PathLike[str], identity: Mapping[str, str], *
     path : path
         The folder; made where it does not exist.
     identity : mapping of str to str
-        What the run stands on, from `run_identity`.
+        Identity of the run, from `run_identity`.
     resume : bool
-        Go on from the steps in the folder, if there are any. Otherwise they are replaced as soon as the new run has
-        finished a wear step of its own.
+        Continue from the steps in the folder, if there are any. Otherwise they are replaced as soon as the new run
+        has finished a wear step of its own.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def open_checkpoint(path: str | os.PathLike[str], identity: Mapping[str, str], *
             raise ResultFileError(f"{folder}: not a checkpoint of semiwear; give a path where it may make a folder")
         folder.mkdir(exist_ok=True)
         with _locked(folder) as lock:
-            for left in folder.glob(f"*{_WRITTEN}"):  # by a run that was killed as it wrote
+            for left in folder.glob(f"*{_WRITTEN}"):  # by a run that was killed while writing
                 left.unlink(missing_ok=True)
             if not (folder / _RUN).exists():
                 _begin(folder, identity)
@@ -214,7 +214,7 @@ def remove_checkpoint(path: str | os.PathLike[str]) -> None:
 
 
 def _is_checkpoint(folder: Path) -> bool:
-    """Whether a run may write there: a checkpoint, or an empty folder, as one that was killed at once leaves."""
+    """Whether a run may write there: a checkpoint, or an empty folder, left by a run that was killed at once."""
     if not folder.is_dir():
         return False
     return (folder / _RUN).exists() or all(entry.name.endswith(_WRITTEN) for entry in folder.iterdir())
@@ -234,19 +234,19 @@ def _resumed(folder: Path, identity: Mapping[str, str]) -> tuple[KeptStep, ...]:
         _begin(folder, identity)  # nothing is lost
         return ()
     _clear(folder, len(steps))
-    if kept != dict(identity):  # what has changed does not touch the finished steps, but may touch those to come
+    if kept != dict(identity):  # the changes do not affect the finished steps, but may affect later ones
         _write(folder / _RUN, _packed_identity(identity))
     return steps
 
 
 def _begin(folder: Path, identity: Mapping[str, str]) -> None:
-    """Empty a checkpoint, and say of which run it is."""
+    """Empty a checkpoint, and write the identity of its run."""
     _clear(folder)
     _write(folder / _RUN, _packed_identity(identity))
 
 
 def _clear(folder: Path, kept: int = 0) -> None:
-    """Remove states but the first so many, the last one first: what a kill leaves is a shorter run."""
+    """Remove all states but the first `kept`, the last one first: a kill then leaves a shorter run."""
     for file in sorted(folder.glob(_STEPS), reverse=True):
         if file >= _file_of(folder, kept):
             file.unlink()
@@ -301,18 +301,18 @@ def _step(file: Path) -> KeptStep | None:
     try:
         with np.load(file, allow_pickle=False) as arrays:
             found = {name: arrays[name] for name in arrays.files}
-        told = json.loads(str(found.pop("_told")))
-        if told["arrays"] != list(found):
+        record = json.loads(str(found.pop("_told")))
+        if record["arrays"] != list(found):
             return None
-        return KeptStep(int(told["total"]), dict(told["seconds"]), found)
+        return KeptStep(int(record["total"]), dict(record["seconds"]), found)
     except Exception:  # an archive that is damaged raises almost anything
         return None
 
 
 def _packed(step: KeptStep) -> bytes:
     buffer = io.BytesIO()
-    told = json.dumps({"total": step.total, "seconds": step.seconds, "arrays": list(step.arrays)})
-    np.savez_compressed(buffer, allow_pickle=False, _told=np.array(told), **step.arrays)
+    record = json.dumps({"total": step.total, "seconds": step.seconds, "arrays": list(step.arrays)})
+    np.savez_compressed(buffer, allow_pickle=False, _told=np.array(record), **step.arrays)
     return buffer.getvalue()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.results.rating_errors import told_with_errors
+from semiwear.results.rating_errors import safety_and_life_errors
 from semiwear.results.schema import (
     COORDINATES,
     GROUPS,
@@ -48,21 +48,21 @@ def build_tree(
     Returns
     -------
     DataTree
-        One child a group; the root carries attributes alone.
+        One child for each group; the root has attributes only.
 
     Raises
     ------
     SemiwearError
         A name is unknown, a required variable or coordinate is missing, a shape is wrong or a value is not
-        finite where the schema knows no reason for it; the message names the variable.
+        finite where the schema has no reason for it; the message names the variable.
     """
     for group in groups:
         if group not in GROUPS:
             raise SemiwearError(f"/{group}: not a group of a result; groups: {', '.join(GROUPS)}")
-    told = group_attrs or {}
+    attrs_of_groups = group_attrs or {}
     nodes = {"/": xr.Dataset(attrs=_strings({**attrs, "schema_version": SCHEMA_VERSION}, "/"))}
     nodes |= {
-        f"/{group}": build_dataset(group, groups[group], coords, told.get(group))
+        f"/{group}": build_dataset(group, groups[group], coords, attrs_of_groups.get(group))
         for group in GROUPS
         if group in groups
     }
@@ -70,9 +70,9 @@ def build_tree(
 
 
 def with_rating_errors(tree: xr.DataTree) -> xr.DataTree:
-    """The tree, whose `/ratings` tells the errors that its error estimates mean for safeties and lives."""
+    """The tree with the errors of safeties and lives, from its error estimates, in `/ratings`."""
     ratings = tree["ratings"].to_dataset()
-    errors = told_with_errors(ratings, tree["diagnostics"].to_dataset())
+    errors = safety_and_life_errors(ratings, tree["diagnostics"].to_dataset())
     for name, values in errors.items():
         entry = VARIABLES["ratings", name]
         ratings[name] = _labelled(entry, _array(values, entry, entry.path))
@@ -120,15 +120,15 @@ def build_dataset(
 
 
 def check_tree(tree: xr.DataTree) -> None:
-    """Check that the variables of a tree are whole: required ones present, dims and units as in the schema,
-    finite but for what may be missing.
+    """Check that the variables of a tree are complete: required ones present, dims and units as in the schema,
+    finite except for values that may be missing.
 
-    Variables that the schema does not know are left alone, so that a user can add some.
+    Variables that are not in the schema are not checked, so that a user can add some.
 
     Raises
     ------
     SemiwearError
-        The first variable that is not as the schema says.
+        The first variable that differs from the schema.
     """
     for group in tree.children:
         dataset = tree[group].to_dataset()
@@ -157,8 +157,8 @@ def _check_dims(dataset: xr.Dataset, entry: Variable) -> None:
 
 def _check_units(found: object, expected: str, path: str) -> None:
     if found != expected:
-        said = "no units" if found is None else f"units {found!r}"
-        raise SemiwearError(f"{path}: {said}, expected {expected!r}")
+        stated = "no units" if found is None else f"units {found!r}"
+        raise SemiwearError(f"{path}: {stated}, expected {expected!r}")
 
 
 def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -204,7 +204,7 @@ def _label(entry: Variable, coords: Mapping[str, np.ndarray], path: str, size: i
 
 
 def _array(values: object, entry: Variable, path: str) -> np.ndarray:
-    """Array of the entry's dtype, checked to be finite or missing for a reason and, for flags, to be one of them."""
+    """Array of the entry's dtype, checked to be finite or missing for a reason and, for flags, to be known."""
     if entry.dtype == "str":
         return np.asarray(values, dtype=np.str_)
     array = np.asarray(values)
@@ -214,9 +214,9 @@ def _array(values: object, entry: Variable, path: str) -> np.ndarray:
     if entry.absent and array.dtype.kind == "f":
         finite |= np.isnan(array)
     if not finite.all():
-        place = tuple(int(i) for i in np.argwhere(~finite)[0])
+        index = tuple(int(i) for i in np.argwhere(~finite)[0])
         count = f"{int((~finite).sum())} of {array.size} values"
-        raise SemiwearError(f"{path}: {count} are not finite, the first at index {place}")
+        raise SemiwearError(f"{path}: {count} are not finite, the first at index {index}")
     if entry.flags and not np.isin(array, np.arange(len(entry.flags))).all():
         raise SemiwearError(f"{path}: values must be {_flag_text(entry.flags)}")
     converted = array.astype(entry.dtype)
@@ -245,7 +245,7 @@ def _flag_text(flags: Iterable[str]) -> str:
 
 
 def _strings(attrs: Mapping[str, str], path: str) -> dict[str, str]:
-    """Attributes, refused where one is not a string (netCDF keeps no bool, None or dict)."""
+    """Attributes, all of which must be strings (netCDF stores no bool, None or dict)."""
     for name, value in attrs.items():
         if not isinstance(value, str):
             raise SemiwearError(f"{path} attribute {name}: {type(value).__name__}, must be a string")

@@ -1,4 +1,4 @@
-"""Wear steps that take off more than a step should: a sentence from a result."""
+"""Warning about wear steps that remove too much at once, from a result."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ __all__ = ["deep_steps"]
 
 
 def deep_steps(tree: xr.DataTree) -> list[str]:
-    """A sentence where wear steps are several times deeper than usual ones, which errors grow with; else none.
+    """A sentence if wear steps are several times deeper than usual, as errors grow with their depth; else none.
 
     Parameters
     ----------
     tree : DataTree
-        With `/history` of every wear step, and `/diagnostics` that tell the usual depth of a step.
+        With `/history` of every wear step, and `/diagnostics` with the usual depth of a step.
     """
     history, diagnostics = group_of(tree, "history"), group_of(tree, "diagnostics")
     if "wear_depth_max" not in history or "usual_step_depth" not in diagnostics:
@@ -26,7 +26,7 @@ def deep_steps(tree: xr.DataTree) -> list[str]:
     scene, usual = scene_tables(tree), float(diagnostics["usual_step_depth"])
     scheme = scene.get("numerics", {}).get("wear_scheme")
     to_depths = "control_depths_um" in scene.get("wear", {}).get("until", {})
-    if to_depths and scheme != "explicit":  # deep ones are taken in parts
+    if to_depths and scheme != "explicit":  # deep ones are divided
         return []
     most = (DEEP * PLAIN_STEPS if scheme == "two-stage" else DEEP) * usual
     worn = history["wear_depth_max"].diff("wear_step").transpose("wear_step", "body").values

@@ -1,9 +1,9 @@
-"""Result files: netCDF, written whole or not at all, and opened with clear refusals.
+"""Result files: netCDF, written whole or not at all, and opened with clear error messages.
 
-A file is a netCDF-4 file followed by a seal: a mark and the SHA-256 of all bytes before it. netCDF readers do not
-look beyond their own end, so any of them opens the file and may add to it. The HDF5 library can crash the interpreter
-on a damaged file: one without its seal is opened by a process of its own first. What of its data is no longer what
-was saved is then told by their check sums, in an attribute of the root.
+A file is a netCDF-4 file followed by a seal: a mark and the SHA-256 of all bytes before it. netCDF readers ignore
+bytes after their own end, so any of them opens the file and may add to it. The HDF5 library can crash the interpreter
+on a damaged file: a file without its seal is first opened in a separate process. Data that has changed since it was
+saved is then found by check sums, in an attribute of the root.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
     tree : DataTree
         A result of `simulate` or `loaded_contact`.
     path : path
-        The file, called .nc; an existing one is replaced, and of a link what it points to.
+        The file, named .nc; an existing file, or the one that a link points to, is replaced.
 
     Raises
     ------
     SemiwearError
-        The tree is no result of semiwear, a variable is not as the schema says, or the path is no netCDF file's.
+        The tree is no result of semiwear, a variable differs from the schema, or the path is no netCDF file's.
     OSError
-        The file cannot be written, for want of room for instance.
+        The file cannot be written, for lack of space for instance.
 
     Examples
     --------
@@ -93,7 +93,7 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Have the names in a folder on the disk, where the system can: a renamed file then outlives a power cut."""
+    """Write the names in a folder to the disk, if the system can: a renamed file then survives a power cut."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -113,12 +113,12 @@ def open_results(path: str | os.PathLike[str]) -> xr.DataTree:
     Returns
     -------
     DataTree
-        Identical to the tree that was saved, but for what another program has added since.
+        Identical to the saved tree, except for additions by other programs.
 
     Warns
     -----
     UserWarning
-        Variables are not what they were when semiwear saved them.
+        Variables have changed since semiwear saved them.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def _opened(source: Path) -> xr.DataTree:
             tree = opened.load()
     except (ResultFileError, FileNotFoundError, PermissionError):
         raise
-    except Exception as error:  # netCDF4, HDF5 and xarray answer damage with almost any type
+    except Exception as error:  # netCDF4, HDF5 and xarray raise almost any type on damage
         raise ResultFileError(
             f"{source}: cannot be read as a netCDF file, it is damaged or something else ({error}); {_ANEW}"
         ) from error
@@ -175,18 +175,18 @@ def _opened(source: Path) -> xr.DataTree:
     except SemiwearError as error:
         raise ResultFileError(f"{source}: damaged, {error}; {_ANEW}") from error
     if not sealed:
-        _tell_changes(source, str(kept), _check_sums(tree))
+        _warn_of_changes(source, str(kept), _check_sums(tree))
     return tree
 
 
 def _sealed(source: Path) -> bool:
-    """Whether the bytes of a file are those that `save` wrote; an error where it is no netCDF file at all."""
+    """Whether the bytes of a file are those that `save` wrote; an error if it is no netCDF file."""
     size = source.stat().st_size
     with source.open("rb") as opened:
         start = opened.read(8)
         if not start.startswith(_NETCDF_MAGIC):
-            what = "empty" if size == 0 else "not a netCDF file, or damaged at its start"
-            raise ResultFileError(f"{source}: {what}; {_ANEW}")
+            fault = "empty" if size == 0 else "not a netCDF file, or damaged at its start"
+            raise ResultFileError(f"{source}: {fault}; {_ANEW}")
         opened.seek(max(size - _SEAL_SIZE, 0))
         seal = opened.read()
         opened.seek(0)
@@ -194,13 +194,13 @@ def _sealed(source: Path) -> bool:
 
 
 def _probe(source: Path) -> None:
-    """Open a file in a process of its own, which a damaged one may crash."""
+    """Open a file in a separate process, which a damaged file may crash."""
     try:
         probe = subprocess.run(
             [sys.executable, "-c", _PROBE, str(source)], capture_output=True, text=True, timeout=_LONGEST_PROBE
         )
-        told = probe.stderr.strip().splitlines()
-        why = told[-1] if told else f"its reader ended with {probe.returncode}"
+        messages = probe.stderr.strip().splitlines()
+        why = messages[-1] if messages else f"its reader ended with {probe.returncode}"
     except subprocess.TimeoutExpired:
         why = f"it is not read within {_LONGEST_PROBE:g} s"
     else:
@@ -221,21 +221,21 @@ def _check_sums(tree: xr.DataTree) -> str:
     return "\n".join(lines)
 
 
-def _tell_changes(source: Path, kept: str, found: str) -> None:
-    """Warn of variables that are not those that were saved."""
+def _warn_of_changes(source: Path, kept: str, found: str) -> None:
+    """Warn of variables that have changed since they were saved."""
     before, now = ({line.split(" ")[0]: line for line in text.splitlines()} for text in (kept, found))
     changed = [path for path in before if now.get(path) != before[path]]
     if not before:
-        said = "its data cannot be checked: their check sums are gone"
+        change = "its data cannot be checked: the check sums are missing"
     elif changed:
-        said = f"{', '.join(changed[:5])}{' and others' if changed[5:] else ''} changed after semiwear saved them"
+        change = f"{', '.join(changed[:5])}{' and others' if changed[5:] else ''} changed after semiwear saved them"
     else:
         return
-    warnings.warn(f"{source}: {said}", stacklevel=5)
+    warnings.warn(f"{source}: {change}", stacklevel=5)
 
 
 def _digest(opened: BinaryIO, size: int) -> bytes:
-    """SHA-256 of the first `size` bytes, leaving the position behind them."""
+    """SHA-256 of the first `size` bytes; the position is then behind them."""
     sha256 = hashlib.sha256()
     while size > 0 and (block := opened.read(min(size, _CHUNK))):
         sha256.update(block)

@@ -1,6 +1,6 @@
-"""Kinds of reported quantities, and how far two results are apart.
+"""Kinds of reported quantities, and the difference of two results.
 
-A difference is told relative to the greatest value of its kind over the whole run: a wear depth to the greatest wear
+A difference is relative to the greatest value of its kind over the whole run: a wear depth to the greatest wear
 depth, a pressure to the greatest pressure, a transmission error to the greatest transmission error.
 """
 
@@ -21,17 +21,17 @@ History = dict[str, FloatArray]
 Errors = dict[str, float]
 """Relative errors of reported quantities by name."""
 
-_NO_FIGURES = ("tip_relief_to_free",)  # advice: no quantity that an accuracy is asked for
+_NOT_COMPARED = ("tip_relief_to_free",)  # advice, for which no accuracy is requested
 # kinds with several members
-_SHARED = ("wear_depth", "wear_volume", "contact_pressure", "transmission_error", "subsurface_stress")
+_FAMILIES = ("wear_depth", "wear_volume", "contact_pressure", "transmission_error", "subsurface_stress")
 
 
 def kind_of(name: str) -> str:
-    """The kind of a reported quantity: what it is compared with."""
+    """Kind of a reported quantity, to whose greatest value it is compared."""
     # a depth below the surface is no stress
     if name.endswith("stress_depth"):
         return name
-    return next((kind for kind in _SHARED if name.startswith(kind)), name)
+    return next((kind for kind in _FAMILIES if name.startswith(kind)), name)
 
 
 def history(tree: DataTree, states: Sequence[int] | None = None) -> History:
@@ -49,7 +49,7 @@ def history(tree: DataTree, states: Sequence[int] | None = None) -> History:
     found = {
         str(name): np.asarray(values.values, float)
         for name, values in data.data_vars.items()
-        if name not in _NO_FIGURES
+        if name not in _NOT_COMPARED
     }
     if "ratings" in tree.children:
         ratings = tree["ratings"].to_dataset()
@@ -68,7 +68,7 @@ def greatest(values: History) -> dict[str, float]:
 
 
 def difference(values: History, reference: History) -> Errors:
-    """How far a history is from another, over the greatest value of each kind in the other.
+    """Difference of a history from another, over the greatest value of each kind in the other.
 
     Where the two have other numbers of states, only their last ones are compared. States in which either value is
     missing are not; a quantity that has none left has no error.
@@ -87,7 +87,7 @@ def difference(values: History, reference: History) -> Errors:
 
 
 def _greatest_size(array: FloatArray) -> float:
-    """Greatest magnitude of what is not missing."""
+    """Greatest magnitude of the values that are not missing."""
     return float(np.max(np.abs(array), where=np.isfinite(array), initial=0.0))
 
 
@@ -96,23 +96,23 @@ def worst(errors: Mapping[str, float]) -> float:
     return max(errors.values(), default=0.0)
 
 
-def step_errors(share: float, values: Mapping[str, FloatArray]) -> Errors:
-    """Error of every reported quantity that an error of the wear causes.
+def step_errors(wear_error: float, values: Mapping[str, FloatArray]) -> Errors:
+    """Errors of all reported quantities that follow from an error of the wear.
 
-    What wear has changed is taken to be as wrong as the wear itself, relative to the change.
+    The change of a quantity by wear is taken to have the same relative error as the wear.
 
     Parameters
     ----------
-    share : float
+    wear_error : float
         Error of the wear depths, over the depths at the end.
     values : mapping of str to array
         Reported quantities, each with the wear states as first axis.
     """
-    arrays = {name: np.asarray(array, float) for name, array in values.items() if name not in _NO_FIGURES}
+    arrays = {name: np.asarray(array, float) for name, array in values.items() if name not in _NOT_COMPARED}
     scale = greatest(arrays)
     errors: Errors = {}
     for name, array in arrays.items():
         unit, change = scale[kind_of(name)], array - array[:1]
         if np.isfinite(change).any():
-            errors[name] = share * _greatest_size(change) / unit if unit > 0.0 else 0.0
+            errors[name] = wear_error * _greatest_size(change) / unit if unit > 0.0 else 0.0
     return errors

@@ -1,4 +1,4 @@
-"""The life of a result told in hours or in kilometres of sliding instead of in meshes: one option of all pictures."""
+"""Life of a result in hours or kilometres of sliding instead of meshes: an option of all pictures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _KM = 1e-6  # of a mm
 def life_in(tree: xr.DataTree, unit: str) -> xr.DataTree:
     """A result whose wear steps are counted in hours or in kilometres of sliding, for pictures and reports.
 
-    Its coordinate `meshes` holds the other count under its own name and unit; everything else is as it was.
+    Its coordinate `meshes` holds the other count under its own name and unit; everything else is unchanged.
 
     Parameters
     ----------
@@ -44,17 +44,17 @@ def life_in(tree: xr.DataTree, unit: str) -> xr.DataTree:
     if unit == "hours":
         values, attrs = hours_of(tree), {"units": "h", "long_name": "running time"}
         if values is None:
-            fix = "set operation.pinion_speed_rpm and run again, or tell the life in meshes or km"
+            fix = "set operation.pinion_speed_rpm and run again, or choose meshes or km"
             raise SceneError.of("over", unit, "a result of a scene with a speed", fix)
     else:
         body = main_body(tree)
         values, attrs = _slid(tree, body), {"units": "km", "long_name": f"sliding of the {body}'s flank"}
-    told = tree.copy()
+    converted = tree.copy()
     for name in tree.children:
         dataset = tree[name].to_dataset()
         if "meshes" in dataset.coords:
-            told[name] = xr.DataTree(dataset.assign_coords(meshes=("wear_step", values, attrs)))
-    return told
+            converted[name] = xr.DataTree(dataset.assign_coords(meshes=("wear_step", values, attrs)))
+    return converted
 
 
 def hours_of(tree: xr.DataTree) -> FloatArray | None:
@@ -81,7 +81,7 @@ def _ratio(tree: xr.DataTree) -> float | None:
 
 
 def _slid(tree: xr.DataTree, body: str) -> FloatArray:
-    """Sliding distance of a body's flank until the end of every wear step, where it slides most in a mesh [km]."""
+    """Sliding distance of a body's flank up to the end of every wear step, at its greatest in a mesh [km]."""
     sliding = group_of(tree, "engagement")["sliding_distance"].sel(body=body)
     each = np.nan_to_num(sliding.max("roll_position").values)
     meshes = _meshes(tree) * ((_ratio(tree) or 1.0) if body == "pinion" else 1.0)

@@ -1,4 +1,4 @@
-"""Groups and values that a result does not hold, and pressures that are an edge's."""
+"""Groups and values that a result does not hold, and pressures on edges."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import xarray as xr
 
 __all__ = ["away_from_edges", "group_of", "missing_notes", "why_missing"]
 
-_BEARS = 1e-6  # of the load: rounding below
+_LEAST_SHARE = 1e-6  # of the load; less is rounding
 
 
 def group_of(tree: xr.DataTree, name: str) -> xr.Dataset:
-    """A group of a result; empty where it has none of that name."""
+    """A group of a result; empty if there is none of that name."""
     return tree[name].to_dataset() if name in tree.children else xr.Dataset()
 
 
 def why_missing(array: xr.DataArray) -> str:
-    """Why values of a variable are NaN, in words; empty where none is."""
+    """Reason why values of a variable are NaN; empty if none is."""
     if not np.isnan(np.asarray(array.values, dtype=float)).any():
         return ""
     return str(array.attrs.get("missing_because", "not known"))
@@ -29,7 +29,7 @@ def missing_notes(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def away_from_edges(engagement: xr.Dataset) -> xr.DataArray:
-    """`contact_pressure_max` away from borders alone: NaN where a pair bears on edges and nowhere else.
+    """`contact_pressure_max` off the borders only: NaN where a pair bears load on edges only.
 
     Results of earlier versions hold 0 there, without `contact_pressure_on_edge`.
     """
@@ -38,4 +38,4 @@ def away_from_edges(engagement: xr.Dataset) -> xr.DataArray:
         return pressure.where(engagement["contact_pressure_on_edge"] == 0)
     if "load_share" not in engagement:
         return pressure
-    return pressure.where((pressure > 0.0) | (engagement["load_share"] <= _BEARS))
+    return pressure.where((pressure > 0.0) | (engagement["load_share"] <= _LEAST_SHARE))

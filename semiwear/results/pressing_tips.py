@@ -1,4 +1,4 @@
-"""Tips that press, where, and the relief that takes most of that off: a few sentences from a result."""
+"""Sentences about tip edges in contact and the relief that would free them, from a result."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from semiwear.results.wearing import scene_tables
 
 __all__ = ["pressing_tips"]
 
-_TELLS = 0.01  # of the load: a tip whose slices bear less is not told of
+_LEAST_SHARE = 0.01  # of the load: tips whose slices bear less are not reported
 
 
 def pressing_tips(tree: xr.DataTree) -> list[str]:
@@ -25,22 +25,22 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
     if "tip_load_share" not in engagement:
         return []
     last = engagement.sizes["wear_step"] - 1
-    told = []
+    sentences = []
     for step in sorted({0, last}):
         now = engagement.isel(wear_step=step)
         when = ("Unworn" if last else "As given") if step == 0 else f"At wear step {step}"
         for body in now["body"].values:
             share = now["tip_load_share"].sel(body=body).values
-            if share.max() <= _TELLS:
+            if share.max() <= _LEAST_SHARE:
                 continue
             roll = float(now["roll_position"].values[int(share.argmax())])
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
-            told.append(
+            sentences.append(
                 f"{when}, the {body}'s tip presses at roll {roll:+.2f}: slices whose edge presses bear up to "
                 f"{share.max():.0%} of the load, edge and flank together, at up to {pressure:,.0f} MPa on the edge, "
                 f"a pressure that depends on how the edge is rounded{_relief(tree, step, str(body))}."
             )
-    return [text.replace("-", "−") for text in told]
+    return [text.replace("-", "−") for text in sentences]
 
 
 def _relief(tree: xr.DataTree, step: int, body: str) -> str:

@@ -1,4 +1,4 @@
-"""Where a result comes from, as the attributes of its root."""
+"""Provenance of a result, as the attributes of its root."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ def provenance(
     Parameters
     ----------
     title : str
-        What was computed, in a few words.
+        Short description of the computation.
     scene_toml : str
         The whole scene as TOML text; its SHA-256 is kept beside it.
     physics : str
-        What ran, what did not, and why, as text (one line a choice).
+        Physics that ran and that did not, with reasons (a line for each choice).
     fidelity : str
         ``"line"``, ``"patch"`` or ``"finite elements"``.
     references : str
-        Published sources of the physics that ran, one a line.
+        Published sources of the physics that ran, a line each.
     action : str
         The function that made the result, for `history`.
     input_files : mapping, optional
-        SHA-256 of the files that the scene names, by path, from when they were read; from now unless given.
+        SHA-256 of the files that the scene names, by path, when they were read. Default: at present.
 
     Returns
     -------
@@ -70,14 +70,14 @@ def provenance(
 
 
 def _files(scene_toml: str) -> dict[str, str]:
-    """Digests of the files that a scene names; none where its text is no TOML."""
+    """Digests of the files that a scene names; none if its text is no TOML."""
     try:
         return file_digests(tomllib.loads(scene_toml))
     except tomllib.TOMLDecodeError:
         return {}
 
 
-@cache  # reading the metadata of installed packages takes milliseconds, which sweeps spend once a scene
+@cache  # reading the metadata of installed packages takes milliseconds, which sweeps would spend on every scene
 def _libraries() -> str:
     """Libraries that compute, with their versions."""
     return ", ".join(f"{name} {metadata.version(name)}" for name in _LIBRARIES)

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["safeties_of", "told_with_errors"]
+__all__ = ["safeties_of", "safety_and_life_errors"]
 
 _PREFIX = "safety_"
 
 
 def safeties_of(modes: NDArray[np.str_], safety: FloatArray) -> dict[str, FloatArray]:
-    """Safeties as reported quantities by name, each (wear_step, body): what accuracy is asked of and told for.
+    """Safeties as reported quantities by name, each (wear_step, body), for which accuracy is requested and reported.
 
     Parameters
     ----------
@@ -24,10 +24,10 @@ def safeties_of(modes: NDArray[np.str_], safety: FloatArray) -> dict[str, FloatA
     return {f"{_PREFIX}{mode}": np.asarray(own, float) for mode, own in zip(modes, safety, strict=True)}
 
 
-def told_with_errors(ratings: xr.Dataset, diagnostics: xr.Dataset) -> dict[str, FloatArray]:
+def safety_and_life_errors(ratings: xr.Dataset, diagnostics: xr.Dataset) -> dict[str, FloatArray]:
     """Errors of the safeties and of the meshes until failure, as variables of `/ratings`.
 
-    The relative error of a life is that of the safety, times what a change of the safety changes the life by.
+    The relative error of a life is that of the safety times the sensitivity of the life to the safety.
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ def told_with_errors(ratings: xr.Dataset, diagnostics: xr.Dataset) -> dict[str, 
     """
     if "error_estimate" not in diagnostics:
         return {}
-    share = dict(zip(diagnostics["quantity"].values, diagnostics["error_estimate"].values, strict=True))
-    told = np.array([share.get(f"{_PREFIX}{mode}", np.nan) for mode in ratings["mode"].values])
-    error = told * np.nanmax(ratings["safety"].values, axis=(1, 2), initial=0.0)
+    estimates = dict(zip(diagnostics["quantity"].values, diagnostics["error_estimate"].values, strict=True))
+    relative = np.array([estimates.get(f"{_PREFIX}{mode}", np.nan) for mode in ratings["mode"].values])
+    error = relative * np.nanmax(ratings["safety"].values, axis=(1, 2), initial=0.0)
     lives, exponent = ratings["meshes_to_failure"].values, ratings["meshes_to_failure_exponent"].values
-    relative = error / ratings["required_safety"].values
-    return {"safety_error": error, "meshes_to_failure_error": np.abs(exponent) * lives * relative[:, None]}
+    of_required = error / ratings["required_safety"].values
+    return {"safety_error": error, "meshes_to_failure_error": np.abs(exponent) * lives * of_required[:, None]}

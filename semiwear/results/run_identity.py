@@ -17,20 +17,20 @@ from semiwear.untyped import Value
 __all__ = ["differences", "run_identity"]
 
 _PACKAGE = Path(__file__).parents[1]
-# what wear steps are computed with, ...
-_ROOMS = ("scene", "closed_forms", "geometry", "meshing", "compliance", "contact", "wear", "plan", "accuracy")
+# packages with which wear steps are computed, ...
+_PACKAGES = ("scene", "closed_forms", "geometry", "meshing", "compliance", "contact", "wear", "plan", "accuracy")
 _MODULES = ("simulate.py", "life.py", "collect.py", "threads.py")  # ... and how a run is divided into them
 _COMMENTS = re.compile(rb"^[ \t]*#.*\n|[ \t]+#[^'\"\n]*$", re.MULTILINE)
 _LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
 _SCENE = "scene"
-_UNTOUCHED = ("title", "reference", "numerics.threads")  # fields that no wear step depends on
+_WITHOUT_EFFECT = ("title", "reference", "numerics.threads")  # fields that no wear step depends on
 _DEPTHS = "wear.until.control_depths_um"
 _ITERATIONS = "numerics.max_iterations"
 _MOST_SHOWN = 8
 
 
 def run_identity(scene_toml: str) -> dict[str, str]:
-    """Everything that must be the same for a wear step to come out the same, bit for bit, on one kind of processor.
+    """Data that must be the same for bitwise equal wear steps, on one kind of processor.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ def run_identity(scene_toml: str) -> dict[str, str]:
 
 
 def differences(kept: Mapping[str, str], now: Mapping[str, str], finished: int) -> list[str]:
-    """In what the run that was kept differs from the one that would go on, as lines for a reader.
+    """Differences between the kept run and the one that would continue it, as lines for a reader.
 
-    Two changes of a scene leave finished wear steps as they are and are none: other control depths after those
-    that are reached, and, at fidelity `line`, more iterations than were enough.
+    Two changes of a scene do not affect finished wear steps and are not listed: other control depths after those
+    that are reached, and, at fidelity `line`, a higher limit of iterations.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def _scene_differences(kept: str, now: str, finished: int) -> list[str]:
     lines = []
     for key in [*here, *(key for key in then if key not in here)]:
         old, new = then.get(key), here.get(key)
-        if old == new or key in _UNTOUCHED:
+        if old == new or key in _WITHOUT_EFFECT:
             continue
         if key == _DEPTHS and old and new and old[:finished] == new[:finished]:
             continue
@@ -92,8 +92,8 @@ def _shown(value: Value) -> str:
 
 
 def _code_digest() -> str:
-    """Of the code without its comments: who edits one may go on with a run."""
-    files = [path for room in _ROOMS for path in (_PACKAGE / room).rglob("*.py")]
+    """Digest of the code without its comments, whose changes do not prevent a resume."""
+    files = [path for package in _PACKAGES for path in (_PACKAGE / package).rglob("*.py")]
     files += [_PACKAGE / name for name in _MODULES]
     sha256 = hashlib.sha256()
     for path in sorted(files):

@@ -1,6 +1,6 @@
-"""The one table of result variables, `variables.toml`: group, name, dims, units, long name and published source.
+"""Table of result variables, `variables.toml`: group, name, dims, units, long name and published source.
 
-Nothing else in semiwear writes a unit or a long name. A result is a tree of groups; a group is a set of
+No other module of semiwear writes a unit or a long name. A result is a tree of groups; a group is a set of
 `VARIABLES`, and its dims take their labels from `COORDINATES`.
 """
 
@@ -30,7 +30,7 @@ SCHEMA_VERSION = "1"
 
 
 class Zone(IntEnum):
-    """Part of a flank that a point belongs to: the pitch surface's band and its two sides (`/flank zone`)."""
+    """Part of a flank: the band of the pitch surface, and the parts on its two sides (`/flank zone`)."""
 
     ROOT = 0
     PITCH = 1
@@ -44,7 +44,7 @@ class Variable:
     Attributes
     ----------
     group : str
-        Group of the tree; empty for a coordinate, which goes wherever its dim goes.
+        Group of the tree; empty for a coordinate, which every group with its dim has.
     name : str
         Name in the dataset.
     dims : tuple of str
@@ -52,15 +52,15 @@ class Variable:
     units : str
         Units as CF and UDUNITS write them; ``"1"`` for a pure number.
     long_name : str
-        What it is, in words.
+        Description in words.
     references : str
-        Published source of the quantity, or what it was measured with.
+        Published source of the quantity, or its means of measurement.
     dtype : str
         numpy dtype it is stored in; ``"str"`` for labels.
     optional : bool
         Whether a result may leave it out; a variable that could not be computed is absent.
     absent : str
-        Why single values may be missing, which are NaN: the variable's attribute ``missing_because`` then says so.
+        Reason why single values may be NaN, which the variable's attribute ``missing_because`` then states.
         Empty where every value must be a number.
     flags : tuple of str
         Meanings of the integer values 0, 1, ... of a flag variable.
@@ -82,12 +82,12 @@ class Variable:
 
     @property
     def path(self) -> str:
-        """Where it stands in the tree, e.g. ``"/history/load_share_max"``."""
+        """Path in the tree, e.g. ``"/history/load_share_max"``."""
         return f"/{self.group}/{self.name}"
 
 
 def _entries() -> Iterator[Variable]:
-    """The lines of the table; coordinates are of no group."""
+    """Entries of the table; coordinates belong to no group."""
     text = resources.files("semiwear.results").joinpath("variables.toml").read_text(encoding="utf-8")
     tables = tomllib.loads(text)
     sources, reasons = tables.pop("sources"), tables.pop("reasons")

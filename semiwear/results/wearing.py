@@ -27,7 +27,7 @@ __all__ = [
 
 
 class ControlPlace(NamedTuple):
-    """Where the control point of a result lies.
+    """Position of the control point of a result.
 
     Attributes
     ----------
@@ -68,9 +68,9 @@ def worn_bodies(tree: xr.DataTree) -> tuple[str, ...]:
 
 
 def life_bodies(tree: xr.DataTree) -> tuple[str, str]:
-    """The body whose wear ends the life of a result, and the other one where that wears deeper; else empty texts.
+    """The body whose wear ends the life of a result, and the other one if that wears deeper; else empty texts.
 
-    Both are empty where the result does not tell its scene.
+    Both are empty if the result does not state its scene.
     """
     limited = _table(_table(scene_tables(tree), "effects"), "run_life").get("body")
     if not isinstance(limited, str) or "flank" not in tree.children:
@@ -106,7 +106,7 @@ def pitch_name(tree: xr.DataTree) -> str:
 
 
 def pitch_surface(tree: xr.DataTree, body: str) -> str:
-    """From what heights on a body's flank are measured; the plane, for a face gear."""
+    """Surface from which heights on a body's flank are measured; the plane, for a face gear."""
     return _pitch_surfaces(tree)[1 + BODIES.index(body)]
 
 

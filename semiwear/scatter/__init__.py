@@ -1,4 +1,4 @@
-"""Scatter: distributions of a scene's fields, and what they make of its life and of everything measured."""
+"""Scatter: distributions of a scene's fields, and the resulting ones of its life and of measured quantities."""
 
 from __future__ import annotations
 

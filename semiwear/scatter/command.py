@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 
 __all__ = ["SCATTER", "prepare_study"]
 
-SCATTER = ("scatter", *(one.name for one in fields(Sampling)), "before_meshes")
-"""Names that stand in a study file whose fields scatter."""
+SCATTER = ("scatter", *(argument.name for argument in fields(Sampling)), "before_meshes")
+"""Entries of a study file whose fields scatter."""
 
 _MOST_PICTURES = 6
 _MOST_SETTLING = 3
@@ -55,7 +55,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     Raises
     ------
     SceneError
-        With all that is wrong with the fields.
+        With all faults of the fields.
     """
     given = study.tables
     if "scatter" not in given:
@@ -71,7 +71,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
             fix = "remove it: samples stand side by side, and of each the end of its run counts"
             problems.append(Problem(name, shown(study.options[name]), "left out beside [scatter]", fix))
     distributions = _fields(given["scatter"], problems)
-    numbers = {one.name: given[one.name] for one in fields(Sampling) if one.name in given}
+    numbers = {argument.name: given[argument.name] for argument in fields(Sampling) if argument.name in given}
     sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})
     before = _before(given, problems)
     ready = None
@@ -84,10 +84,10 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
         raise SceneError(problems, str(study.path))
 
     def ended(solve: Callable[[Job], xr.Dataset]) -> Ended:
-        told = ready.told(solve)
-        reached = told.reached_before(before)
+        found = ready.statistics(solve)
+        reached = found.reached_before(before)
         lines = [_in_words(reached, k) for k in range(len(before))]
-        return Ended(told.samples, _whole(told, reached), "\n".join([str(told), *lines]), _sections(told, lines))
+        return Ended(found.samples, _whole(found, reached), "\n".join([str(found), *lines]), _sections(found, lines))
 
     return Prepared(study, ready.job, ended)
 
@@ -102,92 +102,104 @@ def _fields(raw: Value, problems: list[Problem]) -> Table:
 def _before(given: Table, problems: list[Problem]) -> list[float]:
     value = given.get("before_meshes", [])
     found = value if isinstance(value, list) else [value]
-    wrong = [one for one in found if not is_number(one) or not one > 0.0]
-    problems += [Problem("before_meshes", shown(one), "numbers above 0", "give e.g. [1e8, 1e9]") for one in wrong]
-    return [] if wrong else [float(one) for one in found]
+    wrong = [meshes for meshes in found if not is_number(meshes) or not meshes > 0.0]
+    problems += [
+        Problem("before_meshes", shown(meshes), "numbers above 0", "give e.g. [1e8, 1e9]") for meshes in wrong
+    ]
+    return [] if wrong else [float(meshes) for meshes in found]
 
 
 def _in_words(reached: xr.Dataset, k: int) -> str:
-    one = reached.isel(before_meshes=k)
-    share, low, high = (100.0 * float(one[name]) for name in ("probability", "probability_low", "probability_high"))
-    ends, meshes = reached.attrs["ends"], float(one["before_meshes"])
+    entry = reached.isel(before_meshes=k)
+    share, low, high = (100.0 * float(entry[name]) for name in ("probability", "probability_low", "probability_high"))
+    ends, meshes = reached.attrs["ends"], float(entry["before_meshes"])
     return f"{ends} before {meshes:.4g} meshes: {share:.3g} % ({low:.3g} to {high:.3g} %)"
 
 
 def _correlation(given: Table, problems: list[Problem]) -> dict[tuple[str, str], float]:
     found: dict[tuple[str, str], float] = {}
     entries = given.get("correlation", [])
-    for one in entries if isinstance(entries, list) else [entries]:
-        fields = one.get("fields") if isinstance(one, Mapping) else None
-        if not isinstance(fields, list) or len(fields) != 2 or set(one) != {"fields", "rank"}:
+    for entry in entries if isinstance(entries, list) else [entries]:
+        fields = entry.get("fields") if isinstance(entry, Mapping) else None
+        if not isinstance(fields, list) or len(fields) != 2 or set(entry) != {"fields", "rank"}:
             allowed = "tables [[correlation]] with fields = [two fields] and rank = a number"
-            problems.append(Problem("correlation", shown(one), allowed, "see docs/studies.md"))
+            problems.append(Problem("correlation", shown(entry), allowed, "see docs/studies.md"))
         else:
-            found[str(fields[0]), str(fields[1])] = one["rank"]
+            found[str(fields[0]), str(fields[1])] = entry["rank"]
     return found
 
 
-def _whole(told: Scatter, reached: xr.Dataset) -> xr.Dataset:
+def _whole(scatter: Scatter, reached: xr.Dataset) -> xr.Dataset:
     """The samples with their statistics."""
-    quantiles = told.quantiles().rename({name: f"quantile_{name}" for name in ("value", "low", "high", "units")})
-    drawn = told.convergence().rename({name: f"convergence_{name}" for name in ("value", "low", "high")})
-    if told.errors:
-        quantiles["stated_error"] = ("quantity", [told.errors[name] for name in told.quantities])
-    parts = [told.samples, quantiles, drawn, *([told.indices()] if told.paired else []), reached]
+    quantiles = scatter.quantiles().rename({name: f"quantile_{name}" for name in ("value", "low", "high", "units")})
+    drawn = scatter.convergence().rename({name: f"convergence_{name}" for name in ("value", "low", "high")})
+    if scatter.errors:
+        quantiles["stated_error"] = ("quantity", [scatter.errors[name] for name in scatter.quantities])
+    parts = [scatter.samples, quantiles, drawn, *([scatter.indices()] if scatter.paired else []), reached]
     whole = xr.merge(parts, compat="override", combine_attrs="drop")
-    whole.attrs = {**told.samples.attrs, "confidence": told.confidence, "independent_samples": told.independent}
+    whole.attrs = {
+        **scatter.samples.attrs,
+        "confidence": scatter.confidence,
+        "independent_samples": scatter.independent,
+    }
     return whole
 
 
-def _sections(told: Scatter, probabilities: list[str]) -> list[tuple[str, str]]:
+def _sections(scatter: Scatter, probabilities: list[str]) -> list[tuple[str, str]]:
     listed = "".join(f"<li>{escape(line)}</li>" for line in probabilities)
-    sections = [("Quantiles", _quantiles(told) + (f"<ul>{listed}</ul>" if listed else "") + _histograms(told))]
-    settled = _convergence(told) + (_settling_indices(told) if told.paired else "")
+    sections = [("Quantiles", _quantiles(scatter) + (f"<ul>{listed}</ul>" if listed else "") + _histograms(scatter))]
+    settled = _convergence(scatter) + (_settling_indices(scatter) if scatter.paired else "")
     sections.append(("Have the samples settled?", settled))
-    if told.paired:
-        sections.append(("What matters", _tornado(told)))
+    if scatter.paired:
+        sections.append(("Sensitivities", _tornado(scatter)))
     return sections
 
 
-def _varying(told: Scatter) -> list[str]:
+def _varying(scatter: Scatter) -> list[str]:
     names = []
-    for name in told.quantities:
-        values = told.values(name)
+    for name in scatter.quantities:
+        values = scatter.values(name)
         if varies(values, 1e-9):
             names.append(name)
     main = list(QUANTITIES)
     return sorted(names, key=lambda name: main.index(name.split()[0]) if name.split()[0] in main else len(main))
 
 
-def _quantiles(told: Scatter) -> str:
+def _quantiles(scatter: Scatter) -> str:
     rows = []
-    for name in _varying(told):
-        found = [told.quantile(name, share) for share in SHARES]
-        units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
+    for name in _varying(scatter):
+        found = [scatter.quantile(name, share) for share in SHARES]
+        units = unit_text(str(scatter.samples[name.partition(" ")[0]].attrs.get("units", "")))
         words = [
-            [end_text(end, told.values(name), figure_text) for end in (one.value, one.low, one.high)] for one in found
+            [
+                end_text(end, scatter.values(name), figure_text)
+                for end in (estimate.value, estimate.low, estimate.high)
+            ]
+            for estimate in found
         ]
         cells = [f"{value} ({low} to {high})" for value, low, high in words]
-        errors = [figure_text(told.errors[name])] if told.errors else []
+        errors = [figure_text(scatter.errors[name])] if scatter.errors else []
         rows.append([name, units or "–", *cells, *errors])
     heads = ["quantity", "unit", *(f"{100 * share:.0f} % fall short of" for share in SHARES)]
-    heads += ["stated error of the emulator"] if told.errors else []
-    caption = f"Quantiles of {told.independent} samples, in brackets with {100 * told.confidence:g} % confidence"
-    solved = f"<p>{escape(said)}.</p>" if (said := told.emulation) else ""
+    heads += ["stated error of the emulator"] if scatter.errors else []
+    caption = (
+        f"Quantiles of {scatter.independent} samples, in brackets with {100 * scatter.confidence:g} % confidence"
+    )
+    solved = f"<p>{escape(text)}.</p>" if (text := scatter.emulation) else ""
     return solved + table(caption, heads, rows)
 
 
-def _histograms(told: Scatter) -> str:
+def _histograms(scatter: Scatter) -> str:
     figures = []
-    for name in _varying(told)[:_MOST_PICTURES]:
-        values = told.values(name)
+    for name in _varying(scatter)[:_MOST_PICTURES]:
+        values = scatter.values(name)
         values = values[np.isfinite(values)]
-        units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
+        units = unit_text(str(scatter.samples[name.partition(" ")[0]].attrs.get("units", "")))
 
         def draw_on(ax, values=values, name=name, units=units):  # type: ignore[no-untyped-def]
             ax.hist(values, bins="auto", color="#0B5394", alpha=0.8)
             for share in SHARES:
-                if np.isfinite(value := told.quantile(name, share).value):
+                if np.isfinite(value := scatter.quantile(name, share).value):
                     ax.axvline(value, color="#A63C00", lw=1.0)
             ax.set(xlabel=f"{name} ({units})" if units else name, ylabel="Samples")
 
@@ -195,17 +207,19 @@ def _histograms(told: Scatter) -> str:
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
-def _convergence(told: Scatter) -> str:
-    """The least quantile of the main quantities from ever more samples: the one that settles last."""
-    found, figures = told.convergence(), []
-    for name in _varying(told)[:_MOST_SETTLING]:
-        one = found.sel(quantity=name).isel(share=0)
+def _convergence(scatter: Scatter) -> str:
+    """The least quantile of the main quantities from ever more samples, which settles last."""
+    found, figures = scatter.convergence(), []
+    for name in _varying(scatter)[:_MOST_SETTLING]:
+        course = found.sel(quantity=name).isel(share=0)
 
-        def draw_on(ax, one=one, name=name):  # type: ignore[no-untyped-def]
-            drawn = one["samples_drawn"].values
-            low, high = (np.where(np.isfinite(one[end].values), one[end].values, np.nan) for end in ("low", "high"))
+        def draw_on(ax, course=course, name=name):  # type: ignore[no-untyped-def]
+            drawn = course["samples_drawn"].values
+            low, high = (
+                np.where(np.isfinite(course[end].values), course[end].values, np.nan) for end in ("low", "high")
+            )
             ax.fill_between(drawn, low, high, color="#0B5394", alpha=0.2)
-            ax.plot(drawn, one["value"].values, "o-", color="#0B5394")
+            ax.plot(drawn, course["value"].values, "o-", color="#0B5394")
             ax.set_xscale("log", base=2)
             ax.set(xlabel="Samples drawn", ylabel=name)
 
@@ -214,18 +228,18 @@ def _convergence(told: Scatter) -> str:
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
-def _settling_indices(told: Scatter) -> str:
+def _settling_indices(scatter: Scatter) -> str:
     """Total Sobol' indices of the main quantities from ever more samples of each set."""
     figures = []
-    every = [told.indices(count) for count in told.drawn]
-    for name in _varying(told)[:_MOST_SETTLING]:
+    every = [scatter.indices(count) for count in scatter.drawn]
+    for name in _varying(scatter)[:_MOST_SETTLING]:
 
         def draw_on(ax, name=name):  # type: ignore[no-untyped-def]
-            for field, colour in zip(told.fields, step_colours(len(told.fields)), strict=False):
-                one = [found.sel(quantity=name, field=field) for found in every]
-                value, low, high = ([float(o[key]) for o in one] for key in ("total", "total_low", "total_high"))
-                ax.fill_between(told.drawn, low, high, color=colour, alpha=0.15, lw=0)
-                ax.plot(told.drawn, value, "o-", color=colour, label=field.rpartition(".")[2])
+            for field, colour in zip(scatter.fields, step_colours(len(scatter.fields)), strict=False):
+                by_count = [found.sel(quantity=name, field=field) for found in every]
+                value, low, high = ([float(o[key]) for o in by_count] for key in ("total", "total_low", "total_high"))
+                ax.fill_between(scatter.drawn, low, high, color=colour, alpha=0.15, lw=0)
+                ax.plot(scatter.drawn, value, "o-", color=colour, label=field.rpartition(".")[2])
             ax.set_xscale("log", base=2)
             ax.set(xlabel="Samples drawn of each set", ylabel="Share of the variance")
             ax.legend()
@@ -235,17 +249,17 @@ def _settling_indices(told: Scatter) -> str:
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
-def _tornado(told: Scatter) -> str:
-    figures, found = [], told.indices()
-    for name in _varying(told)[:_MOST_PICTURES]:
-        one = found.sel(quantity=name)
+def _tornado(scatter: Scatter) -> str:
+    figures, found = [], scatter.indices()
+    for name in _varying(scatter)[:_MOST_PICTURES]:
+        indices = found.sel(quantity=name)
 
-        def draw_on(ax, one=one):  # type: ignore[no-untyped-def]
-            order = np.argsort(one["total"].values)
-            place, fields = np.arange(order.size), one["field"].values[order]
+        def draw_on(ax, indices=indices):  # type: ignore[no-untyped-def]
+            order = np.argsort(indices["total"].values)
+            place, fields = np.arange(order.size), indices["field"].values[order]
             for shift, kind, colour in ((0.18, "total", "#0B5394"), (-0.18, "first_order", "#B07D00")):
-                values = one[kind].values[order]
-                ends = [one[f"{kind}_{end}"].values[order] for end in ("low", "high")]
+                values = indices[kind].values[order]
+                ends = [indices[f"{kind}_{end}"].values[order] for end in ("low", "high")]
                 bars = np.abs(np.array([values - ends[0], ends[1] - values]))
                 words = {"total": "with the others", "first_order": "alone"}[kind]
                 ax.barh(place + shift, values, 0.34, color=colour, xerr=bars, label=words, ecolor="#333333")

@@ -1,6 +1,6 @@
-"""Samples of several fields: scrambled Sobol' sequences, correlated by rank, and the pairs that indices need.
+"""Samples of several fields: scrambled Sobol' sequences, correlated by rank, and the pairs for Sobol' indices.
 
-A sequence of twice as many samples begins with the shorter one: a study that has grown solves only new scenes
+A sequence of twice as many samples begins with the shorter one: an extended study solves only new scenes
 (Sobol' 1967, USSR Comput. Math. Math. Phys. 7, 86-112; Owen 1998, ACM Trans. Model. Comput. Simul. 8, 71-102.)
 
 Correlation by rank is that of a Gaussian copula: normal numbers with the correlation 2 sin(pi rho / 6) have the rank
@@ -23,7 +23,7 @@ from semiwear.scene.values import is_number, shown
 
 __all__ = ["Design", "correlation_matrix", "design", "read_correlation"]
 
-_LEAST = 2.0**-40  # a share of 0 has no quantile
+_LEAST = 2.0**-40  # a probability of 0 has no finite quantile
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def design(
     matrix : array (field, field), optional
         Correlation of the normal numbers behind the samples; not for paired samples.
     paired : bool
-        Whether to add what Sobol' indices need: `count` times two more than there are fields altogether.
+        Whether to add the samples for Sobol' indices: (number of fields + 2) times `count` in total.
     """
     fields = len(distributions)
     columns = 2 * fields if paired else fields
@@ -73,7 +73,7 @@ def design(
         share = norm.cdf(norm.ppf(share) @ np.linalg.cholesky(matrix).T)
 
     def values(shares: FloatArray) -> FloatArray:
-        return np.stack([one.quantile(shares[:, k]) for k, one in enumerate(distributions)], axis=1)
+        return np.stack([distribution.quantile(shares[:, k]) for k, distribution in enumerate(distributions)], axis=1)
 
     first = values(share[:, :fields])
     if not paired:
@@ -86,7 +86,7 @@ def design(
 def read_correlation(
     fields: Sequence[str], pairs: Mapping[tuple[str, str], float], problems: list[Problem]
 ) -> FloatArray | None:
-    """`correlation_matrix`, or None where there is none or something is wrong with it."""
+    """`correlation_matrix`, or None if there is none or it has faults."""
     before = len(problems)
     for pair, rank in pairs.items():
         named = pair if isinstance(pair, tuple) and len(pair) == 2 else ()
@@ -105,16 +105,16 @@ def read_correlation(
         return None
     matrix = correlation_matrix(fields, pairs)
     if np.linalg.eigvalsh(matrix)[0] <= 1e-10:
-        fix = "make them weaker, or leave one out: fields that go with a third go with each other"
-        problems.append(Problem("correlation", shown(dict(pairs)), "correlations that can be together", fix))
+        fix = "make them weaker, or leave one out: fields that correlate with a third correlate with each other"
+        problems.append(Problem("correlation", shown(dict(pairs)), "correlations that are compatible", fix))
         return None
     return matrix
 
 
 def correlation_matrix(fields: Sequence[str], pairs: Mapping[tuple[str, str], float]) -> FloatArray:
-    """Correlation of normal numbers whose ranks are correlated as asked: (field, field)."""
+    """Correlation of normal numbers with the given rank correlations: (field, field)."""
     matrix = np.eye(len(fields))
-    for (one, other), rank in pairs.items():
-        i, j = fields.index(one), fields.index(other)
+    for (first, second), rank in pairs.items():
+        i, j = fields.index(first), fields.index(second)
         matrix[i, j] = matrix[j, i] = 2.0 * np.sin(np.pi * rank / 6.0)
     return matrix

@@ -1,6 +1,6 @@
-"""Distributions of one field: quantile functions, which turn evenly spread numbers into values.
+"""Distributions of a field: quantile functions, from uniform numbers to values.
 
-Normal and log-normal distributions may be cut off below and above; what remains keeps its shape.
+Normal and log-normal distributions may be truncated below and above.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ __all__ = [
 ]
 
 USUAL_VARIATION = 0.5
-"""Coefficient of variation of the wear coefficient from part to part where none is known: tests of like parts
-differ by tens of per cent (Blau 2017, Wear 376-377, 1830-1840). An assumption of that order, no measurement."""
+"""Coefficient of variation of the wear coefficient from part to part if it is unknown: tests of equal parts
+differ by tens of per cent (Blau 2017, Wear 376-377, 1830-1840). An assumption of that order, not measured."""
 
 
 class Distribution(Protocol):
     """Distribution of a number."""
 
     def quantile(self, share: FloatArray) -> FloatArray:
-        """Values that a share of all, between 0 and 1, falls short of."""
+        """Values below which the number lies with a probability between 0 and 1."""
 
     def problems(self, field: str) -> list[Problem]:
-        """Wrong parameters."""
+        """Problems of the parameters."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Normal:
     ----------
     mean, deviation : float
     low, high : float
-        Where it is cut off. Default: nowhere.
+        Limits. Default: none.
     """
 
     mean: float
@@ -65,11 +65,11 @@ class Normal:
     high: float = inf
 
     def quantile(self, share: FloatArray) -> FloatArray:
-        """Values that a share of all falls short of."""
+        """Values below which the number lies with a probability."""
         return _cut(share, self.mean, self.deviation, self.low, self.high)
 
     def problems(self, field: str) -> list[Problem]:
-        """Wrong parameters."""
+        """Problems of the parameters."""
         return [*_needs_positive(field, "deviation", self.deviation), *_needs_order(field, self.low, self.high)]
 
 
@@ -83,7 +83,7 @@ class LogNormal:
     variation : float
         Coefficient of variation: standard deviation over mean.
     low, high : float
-        Where it is cut off. Default: nowhere.
+        Limits. Default: none.
     """
 
     median: float
@@ -92,13 +92,13 @@ class LogNormal:
     high: float = inf
 
     def quantile(self, share: FloatArray) -> FloatArray:
-        """Values that a share of all falls short of."""
+        """Values below which the number lies with a probability."""
         low = log(self.low) if self.low > 0.0 else -inf
         high = log(self.high) if self.high < inf else inf
         return np.asarray(np.exp(_cut(share, log(self.median), log_deviation(self.variation), low, high)))
 
     def problems(self, field: str) -> list[Problem]:
-        """Wrong parameters."""
+        """Problems of the parameters."""
         return [
             *_needs_positive(field, "median", self.median),
             *_needs_positive(field, "variation", self.variation),
@@ -108,7 +108,7 @@ class LogNormal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """All values between two as likely.
+    """Uniform distribution between two values.
 
     Attributes
     ----------
@@ -119,17 +119,17 @@ class Uniform:
     high: float
 
     def quantile(self, share: FloatArray) -> FloatArray:
-        """Values that a share of all falls short of."""
+        """Values below which the number lies with a probability."""
         return np.asarray(self.low + (self.high - self.low) * share)
 
     def problems(self, field: str) -> list[Problem]:
-        """Wrong parameters."""
+        """Problems of the parameters."""
         return _needs_order(field, self.low, self.high)
 
 
 @dataclass(frozen=True)
 class Triangular:
-    """Density that rises straight to the mode and falls straight.
+    """Triangular distribution: density linear up to the mode and down again.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class Triangular:
     high: float
 
     def quantile(self, share: FloatArray) -> FloatArray:
-        """Values that a share of all falls short of."""
+        """Values below which the number lies with a probability."""
         width, rise = self.high - self.low, self.mode - self.low
         below = share * width <= rise
         up = self.low + np.sqrt(share * width * rise)
@@ -149,11 +149,11 @@ class Triangular:
         return np.where(below, up, down)
 
     def problems(self, field: str) -> list[Problem]:
-        """Wrong parameters."""
+        """Problems of the parameters."""
         found = _needs_order(field, self.low, self.high)
         if not found and not self.low <= self.mode <= self.high:
             allowed = f"{self.low:g} to {self.high:g}"
-            found.append(Problem(f"{field}, mode", self.mode, allowed, "the likeliest value, between low and high"))
+            found.append(Problem(f"{field}, mode", self.mode, allowed, "the most likely value, between low and high"))
         return found
 
 
@@ -167,7 +167,7 @@ DISTRIBUTIONS: Mapping[str, type[Normal | LogNormal | Uniform | Triangular]] = {
 
 
 def usual_wear_coefficient(scene: Scene) -> LogNormal:
-    """Usual scatter of the wear coefficient about that of a scene: log-normal with `USUAL_VARIATION`.
+    """Assumed scatter of the wear coefficient about that of a scene: log-normal with `USUAL_VARIATION`.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def usual_wear_coefficient(scene: Scene) -> LogNormal:
 
 
 def read_distribution(field: str, raw: object, scene: Scene, problems: list[Problem]) -> Distribution | None:
-    """A distribution from a table of a study file, or as it is; None, and problems, where it is none."""
+    """A distribution from a table of a study file, or the given one; None, and problems, if it is none."""
     if isinstance(raw, Mapping):
         raw = _from_table(field, raw, scene, problems)
         if raw is None:
@@ -205,7 +205,7 @@ def read_distribution(field: str, raw: object, scene: Scene, problems: list[Prob
 def _from_table(field: str, table: Mapping[str, object], scene: Scene, problems: list[Problem]) -> object:
     name = table.get("distribution")
     kind = DISTRIBUTIONS.get(name) if isinstance(name, str) else None
-    allowed = " or ".join(f'"{one}"' for one in DISTRIBUTIONS)
+    allowed = " or ".join(f'"{known}"' for known in DISTRIBUTIONS)
     if kind is None:
         meant = closest(str(name), DISTRIBUTIONS)
         fix = (
@@ -223,8 +223,8 @@ def _from_table(field: str, table: Mapping[str, object], scene: Scene, problems:
         except SceneError as error:
             problems += error.problems
             return None
-    names = [one.name for one in fields(kind)]
-    needed = [one.name for one in fields(kind) if one.default is MISSING]
+    names = [parameter.name for parameter in fields(kind)]
+    needed = [parameter.name for parameter in fields(kind) if parameter.default is MISSING]
     wrong = [
         Problem(f"{field}, {key}", shown(given[key]), f"{', '.join(names)}", _meant(key, names))
         for key in given
@@ -242,11 +242,11 @@ def _meant(key: str, names: list[str]) -> str:
 
 def _not_numbers(field: str, raw: Normal | LogNormal | Uniform | Triangular) -> list[Problem]:
     found = []
-    for one in fields(raw):
-        value = getattr(raw, one.name)
+    for entry in fields(raw):
+        value = getattr(raw, entry.name)
         plain = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if not plain or not (value == one.default or abs(value) <= float_info.max):  # a whole number may be greater
-            found.append(Problem(f"{field}, {one.name}", shown(value), "a finite number", "give a number"))
+        if not plain or not (value == entry.default or abs(value) <= float_info.max):  # integers may be greater
+            found.append(Problem(f"{field}, {entry.name}", shown(value), "a finite number", "give a number"))
     return found
 
 
@@ -271,7 +271,7 @@ def _nothing_left(field: str, raw: Distribution) -> list[Problem]:
 
 
 def _cut(share: FloatArray, mean: float, deviation: float, low: float, high: float) -> FloatArray:
-    """Quantiles of a normal distribution that is cut off, on the side where its tail is not rounded away."""
+    """Quantiles of a truncated normal distribution, from the side where its tail is not lost by rounding."""
     a, b = (low - mean) / deviation, (high - mean) / deviation
     if a > 0.0:  # far above the mean the distribution function is 1 to all digits
         upper = ndtr(-a) + share * (ndtr(-b) - ndtr(-a))

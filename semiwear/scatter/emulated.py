@@ -1,4 +1,4 @@
-"""Samples of a scene of which few are solved and the rest emulated, as far as the emulator is good enough."""
+"""Samples of a scene of which few are solved and the rest emulated, to a required error."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["emulated_samples", "first_solved"]
 
 _RUNS_A_FIELD = 8
 _WIDE = 3.0  # greatest over least value of a quantity whose logarithm is emulated
-_MOST_TOLD = 8
-_SAME = 1e-9  # relative: a quantity that varies by less is one number
+_MOST_LISTED = 8
+_SAME = 1e-9  # relative: a quantity that varies by less is constant
 
 
 def first_solved(fields: int, most: int) -> int:
@@ -31,70 +31,72 @@ def emulated_samples(
     solve: Callable[[int], xr.Dataset],
     values: FloatArray,
     distributions: Mapping[str, Distribution],
-    asked: float,
+    limit: float,
     most: int,
 ) -> tuple[xr.Dataset, dict[str, float]]:
-    """All samples, of which some are solved, ever more until every quantity is emulated as well as asked.
+    """All samples; ever more are solved until the emulator's error of every quantity is within the limit.
 
     Parameters
     ----------
     solve : callable
-        From a number to the dataset of so many first samples, solved.
+        From a number to the dataset of that many first samples, solved.
     values : array (sample, field)
     distributions : mapping
         Of the fields.
-    asked : float
-        Stated error over the standard deviation of a quantity.
+    limit : float
+        Greatest stated error over the standard deviation of a quantity.
     most : int
-        Samples that are solved at most.
+        Greatest number of samples to solve.
 
     Returns
     -------
     samples : Dataset
-        With `emulated` saying which are.
+        With a flag `emulated`.
     errors : dict of str to float
-        Stated error of each quantity, in its unit; empty where all samples were solved.
+        Stated error of each quantity, in its unit; empty if all samples were solved.
 
     Raises
     ------
     SemiwearError
-        The error of a quantity stays above what was asked, or a life has no end.
+        The error of a quantity stays above the limit, or a life has no end.
     """
     columns = [
-        np.log(values[:, k]) if isinstance(one, LogNormal) else values[:, k]
-        for k, one in enumerate(distributions.values())
+        np.log(values[:, k]) if isinstance(distribution, LogNormal) else values[:, k]
+        for k, distribution in enumerate(distributions.values())
     ]
-    inputs = np.stack([(one - one.mean()) / max(float(one.std()), 1e-300) for one in columns], axis=1) / 2.0
+    inputs = (
+        np.stack([(column - column.mean()) / max(float(column.std()), 1e-300) for column in columns], axis=1) / 2.0
+    )
     count = first_solved(inputs.shape[1], most)
     while True:
         found = solve(count)
         good = found["status"].values == Status.DONE
         _require_ends(found)
-        told, errors, shares = _emulated(found, inputs, good)
-        far = {name: share for name, share in shares.items() if not share <= asked}
+        quantities, errors, shares = _emulated(found, inputs, good)
+        far = {name: share for name, share in shares.items() if not share <= limit}
         if not far:
-            whole = _whole(found, told, values, distributions)
+            whole = _whole(found, quantities, values, distributions)
             return whole, errors if count < len(values) else {}
         if 2 * count > most:
-            raise SemiwearError(_refusal(far, asked, count))
+            raise SemiwearError(_refusal(far, limit, count))
         count *= 2
 
 
 def _require_ends(found: xr.Dataset) -> None:
-    """Refuse lives without end: no emulator of the others tells where they lie."""
+    """Refuse lives without end, which an emulator of the others cannot predict."""
     count = int((found["status"].values == Status.ENDLESS).sum())
     if count:
         raise SemiwearError(
             f"emulate: {count} of {found.sizes['sample']} solved samples wear no further, and their lives have no "
-            "end, which no emulator tells: leave emulate out, or a life out of measure"
+            "end, which no emulator predicts: leave emulate out, or a life out of measure"
         )
 
 
 def _emulated(
     found: xr.Dataset, inputs: FloatArray, good: BoolArray
 ) -> tuple[dict[str, FloatArray], dict[str, float], dict[str, float]]:
-    """Quantities at all inputs, the solved ones as they are; stated errors, and those over standard deviations."""
-    count, told, errors, shares = good.size, dict[str, FloatArray](), dict[str, float](), dict[str, float]()
+    """Quantities at all inputs, solved or emulated; stated errors, and their ratios to standard deviations."""
+    count, quantities, errors, shares = good.size, dict[str, FloatArray](), dict[str, float](), dict[str, float]()
     for name, own in quantities_of(found):
         known = good & np.isfinite(own)
         if not known.any():
@@ -107,28 +109,31 @@ def _emulated(
         varies = float(np.ptp(y)) > _SAME * float(np.abs(y).max())
         shares[name] = errors[name] / deviation if varies else 0.0
         at = emulator.at(inputs[count:])
-        told[name] = np.concatenate([own, np.exp(at) if wide else at])
-    return told, errors, shares
+        quantities[name] = np.concatenate([own, np.exp(at) if wide else at])
+    return quantities, errors, shares
 
 
-def _refusal(far: Mapping[str, float], asked: float, count: int) -> str:
+def _refusal(far: Mapping[str, float], limit: float, count: int) -> str:
     worst = sorted(far, key=lambda name: -far[name])
-    listed = ", ".join(f"{name} {far[name]:.2g}" for name in worst[:_MOST_TOLD])
-    more = f" and {len(worst) - _MOST_TOLD} more" if len(worst) > _MOST_TOLD else ""
+    listed = ", ".join(f"{name} {far[name]:.2g}" for name in worst[:_MOST_LISTED])
+    more = f" and {len(worst) - _MOST_LISTED} more" if len(worst) > _MOST_LISTED else ""
     return (
-        f"emulate: after {count} solved samples errors are above {asked:g} of a standard deviation: {listed}{more}; "
-        "measure only what you need, ask for more samples (as many may be solved), allow more, or leave emulate out"
+        f"emulate: after {count} solved samples errors are above {limit:g} of a standard deviation: {listed}{more}; "
+        "measure fewer quantities, give more samples (all of which may be solved), a greater emulate, or leave it out"
     )
 
 
 def _whole(
-    found: xr.Dataset, told: Mapping[str, FloatArray], values: FloatArray, distributions: Mapping[str, Distribution]
+    found: xr.Dataset,
+    quantities: Mapping[str, FloatArray],
+    values: FloatArray,
+    distributions: Mapping[str, Distribution],
 ) -> xr.Dataset:
-    """The samples as `sweep` would give them, but for quantities that have more than a value a scene."""
+    """The samples as from `sweep`, without quantities that have more than one value per scene."""
     count, every = found.sizes["sample"], values.shape[0]
     data: dict[str, xr.Variable] = {}
     for name, array in found.data_vars.items():
-        columns = _columns(str(name), array, told)
+        columns = _columns(str(name), array, quantities)
         if columns:
             shown = np.stack(columns, axis=-1) if "body" in array.dims else columns[0]
             data[str(name)] = xr.Variable(("sample", "body")[: shown.ndim], shown, array.attrs)
@@ -143,17 +148,17 @@ def _whole(
         for array in found.coords.values()
         if "field" in array.attrs
     }
-    if any("body" in one.dims for one in data.values()):
+    if any("body" in variable.dims for variable in data.values()):
         coords["body"] = ("body", found["body"].values, found["body"].attrs)
     return xr.Dataset(data, {"sample": np.arange(every), **coords}, found.attrs)
 
 
-def _columns(name: str, array: xr.DataArray, told: Mapping[str, FloatArray]) -> Sequence[FloatArray]:
-    """All samples of a quantity, one column a body."""
+def _columns(name: str, array: xr.DataArray, quantities: Mapping[str, FloatArray]) -> Sequence[FloatArray]:
+    """All samples of a quantity, a column for each body."""
     if array.dims == ("sample",):
-        return [told[name]] if name in told else []
+        return [quantities[name]] if name in quantities else []
     if set(array.dims) != {"sample", "body"}:
         return []
     bodies = [f"{name} {body}" for body in map(str, array["body"].values)]
-    size = next((told[one].size for one in bodies if one in told), 0)
-    return [told.get(one, np.full(size, np.nan)) for one in bodies] if size else []
+    size = next((quantities[column].size for column in bodies if column in quantities), 0)
+    return [quantities.get(column, np.full(size, np.nan)) for column in bodies] if size else []

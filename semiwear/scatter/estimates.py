@@ -1,9 +1,9 @@
 """Estimates from samples, each with its interval: quantiles, probabilities, Sobol' indices.
 
-Quantiles: an order statistic, and as interval the order statistics between which the quantile lies with at least the
-asked confidence whatever the distribution (binomial; David and Nagaraja 2003, Order Statistics, 7.1). Probabilities:
+Quantiles: an order statistic; the interval is between order statistics that enclose the quantile with at least the
+given confidence for any distribution (binomial; David and Nagaraja 2003, Order Statistics, 7.1). Probabilities:
 the exact interval of Clopper and Pearson (1934, Biometrika 26, 404-413). Both hold for independent samples; scrambled
-Sobol' samples fill their space more evenly, so that the intervals are wider than they need be.
+Sobol' samples fill their space more evenly, so that the intervals are wider than necessary.
 
 Sobol' indices (Sobol' 2001, Math. Comput. Simul. 55, 271-280): with f(A), f(B) for two independent sets of samples,
 f(AB_i) for the first one with field i's values from the second,
@@ -36,7 +36,7 @@ class Estimate:
     Attributes
     ----------
     value, low, high : float
-        An end is infinite where the samples are too few to tell it, and where lives have no end.
+        An end is infinite if the samples are too few for it, and if lives have no end.
     """
 
     value: float
@@ -45,21 +45,21 @@ class Estimate:
 
 
 def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
-    """The value that a share of all falls short of.
+    """The value below which a fraction of all lies.
 
     Parameters
     ----------
     values : array (sample,)
-        Without missing ones; one or more. Infinite ones, of lives without end, count as longer than all others.
+        One or more, none missing. Infinite ones, of lives without end, count as longer than all others.
     share, confidence : float
         Each above 0 and below 1.
     """
     ordered = np.sort(np.asarray(values, float))
     n, miss = ordered.size, 0.5 * (1.0 - confidence)
-    # the k-th least is above the quantile where fewer than k samples are below it: binomial
+    # the k-th least is above the quantile if fewer than k samples are below it: binomial
     low = int(binom.ppf(miss, n, share))
     high = int(binom.ppf(1.0 - miss, n, share)) + 1
-    # between a life and one without end there is no middle
+    # no interpolation between a life and one without end
     method: Literal["median_unbiased", "inverted_cdf"] = (
         "median_unbiased" if np.isfinite(ordered).all() else "inverted_cdf"
     )
@@ -72,7 +72,7 @@ def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
 
 
 def probability(hits: BoolArray, confidence: float) -> Estimate:
-    """The share of all for which something holds, from samples for which it does."""
+    """The probability of a condition, from samples that meet it or not."""
     n, count, miss = hits.size, int(hits.sum()), 0.5 * (1.0 - confidence)
     low = float(beta.ppf(miss, count, n - count + 1)) if count else 0.0
     high = float(beta.ppf(1.0 - miss, count + 1, n - count)) if count < n else 1.0
@@ -81,12 +81,12 @@ def probability(hits: BoolArray, confidence: float) -> Estimate:
 
 @dataclass(frozen=True)
 class Indices:
-    """Shares of the variance of a quantity.
+    """Fractions of the variance of a quantity.
 
     Attributes
     ----------
     first_order, total : array (field,)
-        By a field alone, and by it together with the others.
+        Due to a field alone, and to it together with the others.
     first_order_interval, total_interval : array (field, 2)
     """
 
@@ -102,7 +102,7 @@ def indices(first: FloatArray, second: FloatArray, mixed: FloatArray, confidence
     Parameters
     ----------
     first, second : array (sample,)
-        The quantity for two independent sets of samples; rows in which a value is missing or infinite do
+        The quantity for two independent sets of samples; rows with a missing or infinite value do
         not count.
     mixed : array (field, sample)
         For the first set with one field's values from the second one.
@@ -117,7 +117,7 @@ def indices(first: FloatArray, second: FloatArray, mixed: FloatArray, confidence
     spread = np.ptp(np.concatenate([a, b])) if a.size else 0.0
     if a.size < 4 or spread <= 1e-12 * np.abs(a).max():
         return Indices(none[0], none[0], none[1], none[1])
-    # about their middle, since the estimators multiply what may differ in the last digits alone
+    # about their middle, since the estimators multiply values that may differ in the last digits only
     middle = 0.5 * (a.mean() + b.mean())
     a, b, ab = (a - middle) / spread, (b - middle) / spread, (ab - middle) / spread
     drawn = np.random.default_rng(seed).integers(0, a.size, (_RESAMPLES, a.size))
@@ -132,7 +132,7 @@ def indices(first: FloatArray, second: FloatArray, mixed: FloatArray, confidence
 def _estimators(a: FloatArray, b: FloatArray, ab: FloatArray) -> FloatArray:
     """First-order and total indices: (2, field)."""
     variance = np.var(np.concatenate([a, b]))
-    if variance == 0.0:  # a bootstrap may draw one sample alone
+    if variance == 0.0:  # a bootstrap may draw a single sample only
         return np.zeros((2, ab.shape[0]))
     both = np.stack([np.mean(b * (ab - a), axis=1), 0.5 * np.mean((a - ab) ** 2, axis=1)])
     return np.asarray(both / variance)

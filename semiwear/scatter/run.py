@@ -1,4 +1,4 @@
-"""Scatter of a scene's fields: samples drawn, solved as a sweep, and told as statistics."""
+"""Scatter of a scene's fields: samples drawn, solved as a sweep, and evaluated statistically."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def scatter(
     """Life and every measured quantity of a scene whose fields scatter.
 
     Fields are drawn by scrambled Sobol' sequences and solved as by `sweep`. Life is exactly inverse to the wear
-    coefficient, so that its scatter takes no solution of its own where runs end at control depths.
+    coefficient, so that its scatter needs no further solutions if runs end at control depths.
 
     Parameters
     ----------
@@ -64,21 +64,21 @@ def scatter(
     distributions : mapping
         From dotted key to `Normal`, `LogNormal`, `Uniform` or `Triangular`, in the field's unit.
     samples : int
-        A power of two. Twice as many contain the ones before; with a store only new ones are solved.
+        A power of two. Twice as many include the former ones; with a store only new ones are solved.
     seed : int
-        Of the sequence's scrambling.
+        Random seed of the sequence's scrambling.
     correlation : mapping, optional
         Rank correlations (Spearman) of pairs of fields, such as ``{("a", "b"): 0.5}``.
     sensitivity : bool
-        Whether Sobol' indices are wanted, which takes (number of fields + 2) times as many samples.
+        Whether to find Sobol' indices, which takes (number of fields + 2) times as many samples.
     confidence : float
         Of the intervals. Default 0.95.
     emulate : float, optional
-        Solve only some of the samples, and let an emulator (extra ``infer``) tell the rest: its stated error, which
-        95 % of fresh samples keep, may be so much of a quantity's standard deviation. Further samples are solved, up
-        to `samples`, until it is; intervals of quantiles and probabilities are wider by it.
+        Solve only some of the samples, and emulate the rest (extra ``infer``): greatest stated error of the emulator,
+        within which 95 % of new samples lie, over a quantity's standard deviation. Further samples are solved, up to
+        `samples`, until it is met; intervals of quantiles and probabilities are wider by it.
     measure, store, progress
-        As of `sweep`; of every quantity the value at the end of the run counts.
+        As of `sweep`; the value at the end of the run counts.
     crew : int, str or distributed.Client, optional
         Where to run: `workers` or `client` of `sweep`.
 
@@ -89,11 +89,11 @@ def scatter(
     Raises
     ------
     SceneError
-        With everything that is wrong, before anything runs.
+        With all faults, before anything runs.
     SemiwearError
-        The emulator's error stays above what was asked.
+        The emulator's error stays above the limit.
     MissingExtraError
-        Samples are to be emulated without scikit-learn.
+        Emulation is requested without scikit-learn.
 
     Examples
     --------
@@ -109,15 +109,15 @@ def scatter(
     kept = open_store(store)
 
     def solve(sweep: Job) -> xr.Dataset:
-        with hearing(progress) as hears:
-            return run_job(sweep, kept, hears)
+        with hearing(progress) as report:
+            return run_job(sweep, kept, report)
 
-    return job.told(solve)
+    return job.statistics(solve)
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How samples are drawn, how many of them are solved, and how sure their intervals are; arguments of `scatter`.
+    """Number, distribution and emulation of samples, and confidence of their intervals; arguments of `scatter`.
 
     Attributes
     ----------
@@ -136,23 +136,23 @@ class Sampling:
     emulate: float | None = None
 
     def problems(self) -> list[Problem]:
-        """Numbers that are out of their ranges."""
+        """Problems of arguments out of range."""
         found: list[Problem] = []
         count, seed = self.samples, self.seed
         paired: object = self.sensitivity
         whole = is_whole(count) and 2 <= count <= _MOST_SAMPLES
         if not whole or count & (count - 1):
-            near = 1 << max(int(count - 1).bit_length(), 1) if whole else 256
-            found.append(Problem("samples", shown(count), f"a power of two, 2 to {_MOST_SAMPLES}", f"give {near}"))
+            nearest = 1 << max(int(count - 1).bit_length(), 1) if whole else 256
+            found.append(Problem("samples", shown(count), f"a power of two, 2 to {_MOST_SAMPLES}", f"give {nearest}"))
         elif self.emulate is not None and count < _LEAST_EMULATED:
             allowed = f"{_LEAST_EMULATED} or more beside emulate"
-            found.append(Problem("samples", shown(count), allowed, "fewer do not tell an emulator's error"))
+            found.append(Problem("samples", shown(count), allowed, "fewer give no error of an emulator"))
         if not is_whole(seed) or seed < 0:
             found.append(Problem("seed", shown(seed), "a whole number, 0 or more", "give 0"))
         if not isinstance(paired, bool):
             found.append(Problem("sensitivity", shown(paired), "true or false", "leave it out for false"))
         elif self.correlation and paired:
-            fix = "leave one of them out: shares of the variance are defined for independent fields"
+            fix = "leave one of them out: Sobol' indices are defined for independent fields"
             found.append(Problem("sensitivity", True, "left out where fields are correlated", fix))
         if not _positive(self.confidence) or self.confidence >= 1.0:
             found.append(Problem("confidence", shown(self.confidence), "above 0 and below 1", "0.95 is usual"))
@@ -178,7 +178,7 @@ class ScatterJob:
     sampling : Sampling
     drawn : Design
     job : Job
-        The sweep of the samples that are solved in any case: of all, or of the first ones where others are emulated.
+        The sweep of the samples that are solved in any case: all, or the first ones if others are emulated.
     """
 
     scene: Scene
@@ -187,16 +187,16 @@ class ScatterJob:
     drawn: Design
     job: Job
 
-    def told(self, solve: Callable[[Job], xr.Dataset]) -> Scatter:
-        """The samples, solved and emulated, as statistics.
+    def statistics(self, solve: Callable[[Job], xr.Dataset]) -> Scatter:
+        """Statistics of the samples, solved and emulated.
 
         Raises
         ------
         SemiwearError
-            The emulator's error stays above what was asked.
+            The emulator's error stays above the limit.
         """
-        fields, drawn, asked = tuple(self.distributions), self.drawn, self.sampling.emulate
-        if asked is None:
+        fields, drawn, limit = tuple(self.distributions), self.drawn, self.sampling.emulate
+        if limit is None:
             return Scatter(solve(self.job), fields, drawn.count, drawn.paired, self.sampling.confidence)
 
         def first(count: int) -> xr.Dataset:
@@ -206,7 +206,7 @@ class ScatterJob:
             members, tasks = gather(self.scene, variation, self.job.measure)
             return solve(replace(self.job, variation=variation, members=members, tasks=tasks))
 
-        found, errors = emulated_samples(first, drawn.values, self.distributions, asked, drawn.count)
+        found, errors = emulated_samples(first, drawn.values, self.distributions, limit, drawn.count)
         return Scatter(found, fields, drawn.count, drawn.paired, self.sampling.confidence, errors)
 
 
@@ -218,14 +218,14 @@ def read_scatter(
     measure: str | Sequence[str] | None = None,
     crew: tuple[int | str | None, Client | None] = (None, None),
 ) -> ScatterJob:
-    """The samples that arguments of `scatter` ask for; `crew` holds `workers` and `client` of `sweep`.
+    """The samples of arguments of `scatter`; `crew` holds `workers` and `client` of `sweep`.
 
     Raises
     ------
     SceneError
-        With everything that is wrong.
+        With all faults.
     MissingExtraError
-        Samples are to be emulated without scikit-learn.
+        Emulation is requested without scikit-learn.
     """
     problems: list[Problem] = []
     drawn = None
@@ -245,7 +245,7 @@ def read_scatter(
         count = first_solved(len(fields), drawn.count)
     table = _table(drawn, fields, count)
     job = read_job(scene, table, measure=measure, wear_states="last", combine="zip", crew=crew)
-    read = {key: one for key, raw in distributions.items() if (one := read_distribution(key, raw, scene, []))}
+    read = {key: own for key, raw in distributions.items() if (own := read_distribution(key, raw, scene, []))}
     return ScatterJob(scene, read, sampling, drawn, job)
 
 
@@ -260,7 +260,7 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
     Raises
     ------
     SceneError
-        With everything that is wrong with distributions and sampling, values out of a field's range included.
+        With all faults of distributions and sampling, including values out of a field's range.
     """
     if not isinstance(distributions, Mapping) or not distributions:
         allowed = "a mapping from dotted keys to distributions"
@@ -273,7 +273,7 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
             problems += edited(scene, {key: shown(distributions[key])})[1]
     read = {key: read_distribution(key, raw, scene, problems) for key, raw in distributions.items()}
     matrix = read_correlation(list(read), sampling.correlation, problems)
-    known = {key: one for key, one in read.items() if one is not None}
+    known = {key: own for key, own in read.items() if own is not None}
     if problems:
         raise SceneError(problems, "scatter")
     found = design(list(known.values()), sampling.samples, sampling.seed, matrix=matrix, paired=sampling.sensitivity)
@@ -284,15 +284,15 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
 
 
 def _out_of_range(scene: Scene, known: Mapping[str, Distribution], found: Design) -> list[Problem]:
-    """Fields whose samples are refused, each once."""
+    """Problems of fields whose samples are refused, one for each field."""
     rules, problems = schema_of_scene(scene).rules, []
     for k, key in enumerate(known):
         if key not in rules:
             continue
         wrong = [value for value in found.values[:, k] if rules[key].apply(key, float(value))[1] is not None]
         if wrong:
-            away = np.abs(np.array(wrong) - np.median(found.values[:, k]))
-            worst = wrong[int(np.argmax(away))]
+            distance = np.abs(np.array(wrong) - np.median(found.values[:, k]))
+            worst = wrong[int(np.argmax(distance))]
             fix = f"{len(wrong)} of {len(found.values)} samples: cut the distribution off with low and high"
             if "whole number" in rules[key].allowed:
                 fix = "a whole number does not scatter: vary it in a sweep"

@@ -1,4 +1,4 @@
-"""Statistics of samples of a scene: quantiles, probabilities, sensitivities, and how far they have settled."""
+"""Statistics of samples of a scene: quantiles, probabilities, sensitivities, and their convergence."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
-from semiwear.sweep.outcome import Status, telling
+from semiwear.sweep.outcome import Status, has_numbers
 
 __all__ = ["SHARES", "Scatter", "end_text", "quantities_of", "varies"]
 
 SHARES = (0.1, 0.5, 0.9)
-"""Shares of all that fall short of a quantile; of a life these are B10, B50, B90."""
+"""Probabilities of the quantiles; for a life these are B10, B50, B90."""
 
 _ENDS = {"meshes_to_end": "the life ends", "meshes_to_limit": "the depth that ends the life is reached"}
-_LEAST = 8  # samples in the shortest part of a sequence whose quantiles are told
+_LEAST = 8  # samples in the shortest part of a sequence whose quantiles are reported
 _SAME = 1e-12  # relative
 _REF = "samples of this study"
 
@@ -36,13 +36,13 @@ class Scatter:
     Attributes
     ----------
     samples : Dataset
-        Of `sweep`, along `sample`: independent samples first, then those that only sensitivities need.
+        Of `sweep`, along `sample`: independent samples first, then those for sensitivities only.
     fields : tuple of str
-        Dotted keys of what scatters.
+        Dotted keys of the fields that scatter.
     count : int
         Samples in one set.
     paired : bool
-        Whether there are what Sobol' indices need: a second set, and one more for each field.
+        Whether there are samples for Sobol' indices: a second set, and a further one for each field.
     confidence : float
         Of all intervals.
     errors : mapping of str to float
@@ -63,7 +63,7 @@ class Scatter:
 
     @cached_property
     def quantities(self) -> dict[str, np.ndarray]:
-        """Values of every quantity, one a sample; of both bodies as ``"root_stress_max pinion"``."""
+        """Values of every quantity, one per sample; of both bodies as ``"root_stress_max pinion"``."""
         return {name: values for name, values in quantities_of(self.samples) if not np.isnan(values).all()}
 
     def values(self, name: str) -> np.ndarray:
@@ -76,49 +76,51 @@ class Scatter:
         """
         if name not in self.quantities:
             meant = closest(name, self.quantities)
-            told = f"did you mean {meant!r}?" if meant else f"there are {', '.join(self.quantities)}"
-            raise SemiwearError(f"no quantity {name!r} in the samples: {told}")
+            hint = f"did you mean {meant!r}?" if meant else f"there are {', '.join(self.quantities)}"
+            raise SemiwearError(f"no quantity {name!r} in the samples: {hint}")
         found = self.quantities[name][: self.independent]
         return np.asarray(found[~np.isnan(found)])
 
     def quantile(self, name: str, share: float) -> Estimate:
-        """The value that a share of all falls short of; 0.1 for the life B10.
+        """The value below which a fraction of all lies; 0.1 for the life B10.
 
         Raises
         ------
         SceneError
-            For a share not between 0 and 1.
+            For a fraction not between 0 and 1.
         """
         if not 0.0 < share < 1.0:
             raise SceneError.of("share", shown(share), "above 0 and below 1", "0.1 for the life B10")
         return self._widened(name, quantile(self.values(name), share, self.confidence))
 
     def _widened(self, name: str, found: Estimate) -> Estimate:
-        """An estimate whose interval knows that its samples are emulated."""
+        """An estimate whose interval includes the emulator's error."""
         error = self.errors.get(name, 0.0)
         return Estimate(found.value, found.low - error, found.high + error)
 
     def probability(self, name: str, *, below: float) -> Estimate:
         """Probability that a quantity is below a value.
 
-        Of `meshes_to_limit` it is the probability of reaching the depth of ``[effects.run_life]`` before so many
-        meshes; of `meshes` in a run to control depths that of the last one.
+        For `meshes_to_limit` it is the probability of reaching the depth of ``[effects.run_life]`` before this number
+        of meshes; for `meshes` in a run to control depths that of the last depth.
         """
         values, error = self.values(name), self.errors.get(name, 0.0)
-        ends = [probability(values < place, self.confidence) for place in (below - error, below, below + error)]
+        ends = [probability(values < bound, self.confidence) for bound in (below - error, below, below + error)]
         return Estimate(ends[1].value, ends[0].low, ends[2].high)
 
     def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
-        """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
+        """Probability that the life, or else the run, ends before numbers of meshes, over `before_meshes`.
 
-        That is of the first failure where lives end at it, of reaching the depth of ``[effects.run_life]`` where
-        other lives were measured, else of the run's end; NaN where every sample failed.
+        The end is the first failure if lives end at it, the depth of ``[effects.run_life]`` if other lives were
+        measured, else the run's end; NaN if every sample failed.
         """
         name = next((name for name in _ENDS if name in self.quantities), "meshes")
-        nothing = Estimate(np.nan, np.nan, np.nan)  # where every sample failed
-        found = [self.probability(name, below=one) if self.quantities else nothing for one in meshes]
+        missing = Estimate(np.nan, np.nan, np.nan)  # if every sample failed
+        found = [self.probability(name, below=bound) if self.quantities else missing for bound in meshes]
         names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
-        data = {name: ("before_meshes", [getattr(one, part) for one in found]) for name, part in names.items()}
+        data = {
+            name: ("before_meshes", [getattr(estimate, part) for estimate in found]) for name, part in names.items()
+        }
         ends = _ENDS.get(name, "the run ends")
         return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
 
@@ -128,11 +130,12 @@ class Scatter:
         found = [[self.quantile(name, share) for share in shares] for name in names]
         dims = ("quantity", "share")
         shape = len(names), len(shares)
-        told = {
-            part: (dims, np.reshape([[getattr(one, part) for one in row] for row in found], shape)) for part in _PARTS
+        parts = {
+            part: (dims, np.reshape([[getattr(estimate, part) for estimate in row] for row in found], shape))
+            for part in _PARTS
         }
         data = xr.Dataset(
-            told,
+            parts,
             {
                 "quantity": np.array(names, dtype=np.str_),
                 "share": list(shares),
@@ -143,7 +146,7 @@ class Scatter:
 
     @property
     def drawn(self) -> list[int]:
-        """Numbers of first samples of a set that show whether they have settled: 8, 16, ... all."""
+        """Numbers of first samples of a set, for convergence: 8, 16, ... all."""
         return [n for k in range(self.count.bit_length()) if (n := self.count >> k) >= _LEAST][::-1] or [self.count]
 
     def convergence(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
@@ -157,22 +160,22 @@ class Scatter:
                 values = values[~np.isnan(values)]
                 for j, share in enumerate(shares):
                     if values.size:
-                        one = self._widened(name, quantile(values, share, self.confidence))
-                        found[i, j, k] = [getattr(one, part) for part in _PARTS]
+                        estimate = self._widened(name, quantile(values, share, self.confidence))
+                        found[i, j, k] = [getattr(estimate, part) for part in _PARTS]
         dims = ("quantity", "share", "samples_drawn")
-        told = {part: (dims, found[..., k]) for k, part in enumerate(_PARTS)}
-        return xr.Dataset(told, {"quantity": names, "share": list(shares), "samples_drawn": drawn})
+        parts = {part: (dims, found[..., k]) for k, part in enumerate(_PARTS)}
+        return xr.Dataset(parts, {"quantity": names, "share": list(shares), "samples_drawn": drawn})
 
     def indices(self, drawn: int | None = None) -> xr.Dataset:
-        """Sobol' indices: shares of a quantity's variance that fields cause, over quantity and field.
+        """Sobol' indices: fractions of a quantity's variance due to fields, over quantity and field.
 
-        `first_order` by a field alone, `total` with the others, each with `_low` and `_high`; NaN of a quantity that
+        `first_order` by a field alone, `total` with the others, each with `_low` and `_high`; NaN for a quantity that
         does not vary.
 
         Parameters
         ----------
         drawn : int, optional
-            From so many samples of a set, to see whether they have settled. Default: all.
+            Number of samples of a set, for convergence. Default: all.
 
         Raises
         ------
@@ -180,7 +183,7 @@ class Scatter:
             The study was made without ``sensitivity=True``.
         """
         if not self.paired:
-            raise SemiwearError("no Sobol' indices: ask for sensitivity=True")
+            raise SemiwearError("no Sobol' indices: set sensitivity=True")
         count, names, fields = self.count, list(self.quantities), list(self.fields)
         rows = slice(0, drawn)
         found = []
@@ -188,12 +191,12 @@ class Scatter:
             parts = self.quantities[name].reshape(2 + len(fields), count)[:, rows]
             found.append(indices(parts[0], parts[1], parts[2:], self.confidence))
         dims = ("quantity", "field")
-        told = {"first_order": [one.first_order for one in found], "total": [one.total for one in found]}
+        arrays = {"first_order": [own.first_order for own in found], "total": [own.total for own in found]}
         for k, end in enumerate(("low", "high")):
-            told[f"first_order_{end}"] = [one.first_order_interval[:, k] for one in found]
-            told[f"total_{end}"] = [one.total_interval[:, k] for one in found]
+            arrays[f"first_order_{end}"] = [own.first_order_interval[:, k] for own in found]
+            arrays[f"total_{end}"] = [own.total_interval[:, k] for own in found]
         shape = len(names), len(fields)
-        data = {name: (dims, np.reshape(values, shape)) for name, values in told.items()}
+        data = {name: (dims, np.reshape(values, shape)) for name, values in arrays.items()}
         return xr.Dataset(data, {"quantity": names, "field": fields}).assign_attrs(
             confidence=self.confidence, missing_because="the quantity does not vary from sample to sample"
         )
@@ -203,13 +206,13 @@ class Scatter:
 
     @property
     def emulation(self) -> str:
-        """How many samples were solved and emulated, and what the stated errors mean; empty where all were solved."""
+        """Numbers of solved and emulated samples, and the meaning of stated errors; empty if all were solved."""
         if not self.errors:
             return ""
-        count, share = int(self.samples["emulated"].sum()), f"{100 * CONFIDENCE:.0f} %"
+        count, within = int(self.samples["emulated"].sum()), f"{100 * CONFIDENCE:.0f} %"
         solved = self.samples.sizes["sample"] - count
         return (
-            f"{solved} scenes were solved and {count} emulated; {share} of fresh ones keep the stated errors, and "
+            f"{solved} scenes were solved and {count} emulated; {within} of new ones are within stated errors, and "
             "intervals are wider by these"
         )
 
@@ -227,30 +230,30 @@ class Scatter:
             values = self.values(name)
             if not varies(values, _SAME):
                 continue
-            told = []
-            for one in SHARES:
-                found = self.quantile(name, one)
-                label = f"B{100 * one:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * one:.0f} %"
+            quantiles = []
+            for level in SHARES:
+                found = self.quantile(name, level)
+                label = f"B{100 * level:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * level:.0f} %"
                 low, high = (end_text(end, values, "{:.4g}".format) for end in (found.low, found.high))
-                told.append(f"{label} {end_text(found.value, values, '{:.4g}'.format)} ({low} to {high})")
+                quantiles.append(f"{label} {end_text(found.value, values, '{:.4g}'.format)} ({low} to {high})")
             unit = "" if units == "1" else f" [{units}]"
             if self.errors:
-                told.append(f"emulated within {self.errors[name]:.2g}")
-            lines.append(f"{name}{unit}: {', '.join(told)}")
+                quantiles.append(f"emulated within {self.errors[name]:.2g}")
+            lines.append(f"{name}{unit}: {', '.join(quantiles)}")
         lines.append(f"in brackets: {share} intervals")
         lines += filter(None, [self.emulation])
         return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
 
 
 def varies(values: np.ndarray, share: float) -> bool:
-    """Whether samples of a quantity differ by more than a share of the greatest, or are lives without end."""
+    """Whether samples of a quantity differ by more than a fraction of the greatest, or are lives without end."""
     if not values.size:
         return False
     return not np.isfinite(values).all() or bool(np.ptp(values) > share * np.abs(values).max())
 
 
 def end_text(value: float, values: np.ndarray, text: Callable[[float], str]) -> str:
-    """A quantile of samples, or an end of its interval, in words where it is infinite."""
+    """A quantile of samples, or an end of its interval, in words if it is infinite."""
     if np.isfinite(value):
         return text(value)
     return "without end" if value > 0.0 and np.isinf(values).any() else "too few samples"
@@ -261,8 +264,8 @@ _NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
 
 
 def quantities_of(samples: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
-    """Quantities of a sweep along `sample` that have one value a scene, or one a body; NaN where a scene failed."""
-    done = telling(samples["status"].values)
+    """Quantities of a sweep along `sample` with one value per scene, or per body; NaN if a scene failed."""
+    done = has_numbers(samples["status"].values)
     for name in map(str, samples.data_vars):
         array = samples[name]
         if name in _NO_QUANTITY or array.dtype.kind != "f":

@@ -17,7 +17,7 @@ from semiwear.scene.declare import meaning_of
 from semiwear.scene.schema import SCHEMAS, parent
 from semiwear.scene.units import unit_of
 from semiwear.sweep.measure import MESHES, Measure, Measured, is_numeric
-from semiwear.sweep.outcome import Outcome, Status, telling
+from semiwear.sweep.outcome import Outcome, Status, has_numbers
 from semiwear.sweep.scenes import Member
 from semiwear.sweep.store import Store
 from semiwear.sweep.variation import SAMPLE, Axis, Variation
@@ -25,27 +25,27 @@ from semiwear.sweep.variation import SAMPLE, Axis, Variation
 __all__ = ["INVERSE_TO_COEFFICIENT", "assembled"]
 
 INVERSE_TO_COEFFICIENT = (MESHES, "/life/meshes_to_limit", "/life/hours_to_limit")
-"""Variables that are inverse to the wear coefficient where all else does not know it (`shared_solution`)."""
+"""Variables that are inverse to the wear coefficient if all others do not depend on it (`shared_solution`)."""
 
 _STEPS = "wear_step"
-_STATUS = "what became of the scene"
+_STATUS = "end of the scene"
 _THIS_RUN = "this sweep"
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Dimensions that all scenes have room in.
+    """Dimensions large enough for all scenes.
 
     Attributes
     ----------
     sizes : dict
         By dimension.
     labels : dict
-        Coordinates that all scenes have alike, or, of names, the ones that any has.
+        Coordinates common to all scenes; of names, those of any scene.
     own : set
         Dimensions whose coordinates differ from scene to scene.
     paths : list
-        Variables that any scene has, in the order of the schema.
+        Variables of any scene, in the order of the schema.
     """
 
     sizes: dict[str, int]
@@ -57,7 +57,7 @@ class _Layout:
 def assembled(
     scene: Scene, variation: Variation, measure: Measure, members: Sequence[Member], store: Store
 ) -> xr.Dataset:
-    """The dataset of a sweep, of whose scenes every outcome is in the store."""
+    """The dataset of a sweep whose outcomes are all in the store."""
     places: dict[str, list[int]] = {}
     for k, member in enumerate(members):
         places.setdefault(member.key, []).append(k)
@@ -73,7 +73,7 @@ def assembled(
 
 
 def _outcomes(store: Store, keys: Sequence[str]) -> Iterator[Outcome]:
-    """One after the other, so that no more than one is in memory."""
+    """Outcomes one after the other, so that only one is in memory."""
     for key in keys:
         outcome = store.get(key)
         assert outcome is not None
@@ -117,7 +117,7 @@ def _add_labels(dim: str, values: np.ndarray, labels: dict[str, np.ndarray], own
 
 
 class _Table:
-    """Arrays with a row a scene, filled one by one."""
+    """Arrays with a row for each scene, filled one by one."""
 
     def __init__(self, layout: _Layout, measure: Measure, count: int) -> None:
         self._layout, self._measure = layout, measure
@@ -133,11 +133,11 @@ class _Table:
         return tuple(self._layout.sizes[dim] for dim in dims)
 
     def refuse(self, k: int, reason: str) -> None:
-        """The k-th scene cannot be: its combination is illegal."""
+        """Record that the combination of the k-th scene is illegal."""
         self.status[k], self.messages[k], self.seconds[k] = Status.REFUSED, reason, 0.0
 
     def fill(self, k: int, outcome: Outcome, stretch: float) -> None:
-        """The outcome of the k-th scene, whose meshes are so many times those of the outcome."""
+        """Record the outcome of the k-th scene, whose meshes are `stretch` times those of the outcome."""
         self.status[k], self.messages[k], self.seconds[k] = outcome.status, outcome.message, outcome.seconds
         found = outcome.measured
         for path, values in found.variables.items():
@@ -172,44 +172,44 @@ def _dataset(scene: Scene, variation: Variation, measure: Measure, layout: _Layo
         data[entry.name] = array(table.arrays[path], inner, _attributes(entry, table, path))
     for dim, values in table.coords.items():
         entry = COORDINATES[dim]
-        told = {
+        attrs = {
             "units": entry.units,
             "long_name": f"{entry.long_name}, of each scene",
             "references": entry.references,
         }
-        data[f"{dim}_of_scene"] = array(values, (dim,), told)
+        data[f"{dim}_of_scene"] = array(values, (dim,), attrs)
     if MESHES in layout.paths and not measure.last:
-        told = {"units": "1", "long_name": "last wear step of the scene's run, -1 for none", "references": _THIS_RUN}
-        data["last_wear_step"] = array(table.last_step, (), told)
+        attrs = {"units": "1", "long_name": "last wear step of the scene's run, -1 for none", "references": _THIS_RUN}
+        data["last_wear_step"] = array(table.last_step, (), attrs)
     flags: dict[str, object] = {"flag_values": np.arange(len(Status), dtype=np.int8)}
     flags |= {"flag_meanings": " ".join(status.name.lower() for status in Status)}
     units = {"units": "1", "references": _THIS_RUN}
     data["status"] = array(table.status, (), {**units, "long_name": _STATUS, **flags})
     messages = np.array(table.messages, dtype=np.str_)
     data["message"] = array(messages, (), {**units, "long_name": "why the scene failed; empty where it is done"})
-    clock = {"units": "s", "long_name": "time of the solution that tells the scene", "references": "wall clock"}
+    clock = {"units": "s", "long_name": "time of the solution of the scene", "references": "wall clock"}
     data["seconds"] = array(table.seconds, (), clock)
     return xr.Dataset(data, _coordinates(variation, layout), _root(scene, variation, measure))
 
 
 def _attributes(entry: Variable, table: _Table, path: str) -> dict[str, object]:
-    """Units and words of a variable, and why values are missing where some are."""
-    told: dict[str, object] = {"units": entry.units, "long_name": entry.long_name, "references": entry.references}
+    """Units and long name of a variable, and the reason for missing values, if any."""
+    attrs: dict[str, object] = {"units": entry.units, "long_name": entry.long_name, "references": entry.references}
     missing = np.isnan(table.arrays[path])
     if not missing.any():
-        return told
-    done = telling(table.status)
+        return attrs
+    done = has_numbers(table.status)
     reasons = [] if done.all() else ["the scene failed (status, message)"]
     within = missing[done]
     if within.size and within.any():
         whole = within.reshape(within.shape[0], -1).all(axis=1).any()
         if whole:
-            reasons.append(entry.absent or "the scene does not tell it")
+            reasons.append(entry.absent or "the scene does not give it")
         elif entry.absent:
             reasons.append(entry.absent)
         if np.ptp(table.last_step[done]) or table.coords:
             reasons.append("other scenes have more wear steps or a finer grid")
-    return {**told, "missing_because": "; or ".join(dict.fromkeys(reasons)) or "the scene does not tell it"}
+    return {**attrs, "missing_because": "; or ".join(dict.fromkeys(reasons)) or "the scene does not give it"}
 
 
 def _coordinates(variation: Variation, layout: _Layout) -> dict[str, xr.Variable]:
@@ -219,7 +219,7 @@ def _coordinates(variation: Variation, layout: _Layout) -> dict[str, xr.Variable
         coords[SAMPLE] = xr.Variable((SAMPLE,), variation.samples, attrs)
     for axis in variation.axes:
         dim = axis.name if variation.grid else SAMPLE
-        coords[axis.name] = xr.Variable((dim,), axis.labels, _told_of(axis))
+        coords[axis.name] = xr.Variable((dim,), axis.labels, _attributes_of(axis))
     for dim, values in layout.labels.items():
         if dim in layout.sizes and values.size == layout.sizes[dim]:
             coords[dim] = _own_coordinate(dim, values)
@@ -230,25 +230,25 @@ def _coordinates(variation: Variation, layout: _Layout) -> dict[str, xr.Variable
 
 def _own_coordinate(dim: str, values: np.ndarray) -> xr.Variable:
     entry = COORDINATES[dim]
-    told = {"units": entry.units, "long_name": entry.long_name, "references": entry.references}
-    return xr.Variable((dim,), values, told)
+    attrs = {"units": entry.units, "long_name": entry.long_name, "references": entry.references}
+    return xr.Variable((dim,), values, attrs)
 
 
-def _told_of(axis: Axis) -> dict[str, str]:
-    """The field of a coordinate, its unit and what it is."""
-    told = {"field": axis.key}
+def _attributes_of(axis: Axis) -> dict[str, str]:
+    """Field, unit and meaning of a coordinate."""
+    attrs = {"field": axis.key}
     if axis.labels.dtype.kind in "if":
-        told["units"] = unit_of(axis.key)
+        attrs["units"] = unit_of(axis.key)
     table, _, name = axis.key.rpartition(".")
     owners = (schema.tables[table] for schema in SCHEMAS.values() if table in schema.tables)
     meanings = (meaning_of(owner, name) for owner in owners)
-    what = next((meaning for meaning in meanings if meaning), "").rstrip(".")
-    told["long_name"] = what or f"table {axis.key}" if parent(axis.key) or what else axis.key
-    return told
+    meaning_text = next((meaning for meaning in meanings if meaning), "").rstrip(".")
+    attrs["long_name"] = meaning_text or f"table {axis.key}" if parent(axis.key) or meaning_text else axis.key
+    return attrs
 
 
 def _root(scene: Scene, variation: Variation, measure: Measure) -> dict[str, str]:
-    """Attributes of the dataset; none depends on when it was computed, so that equal sweeps are equal."""
+    """Attributes of the dataset, none of which depends on the time of computation, so that equal sweeps are equal."""
     whole = provenance(
         title=f"Sweep: {scene.title}" if scene.title else "Sweep",
         scene_toml=scene.to_toml(),

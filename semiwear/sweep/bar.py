@@ -16,7 +16,7 @@ __all__ = ["Bar", "hearing"]
 
 
 class Bar:
-    """A progress bar of tqdm; scenes that an earlier sweep has left count as done, but not for the rate."""
+    """A progress bar of tqdm; scenes kept from an earlier sweep count as done, but not for the rate."""
 
     def __init__(self) -> None:
         try:
@@ -36,7 +36,7 @@ class Bar:
             self._bar.close()
 
     def step(self, done: int, total: int, text: str) -> None:
-        """So many scenes are done, of so many."""
+        """Show that `done` of `total` scenes are finished."""
         if self._bar is None:
             self._bar = self._make(total=total, initial=done, unit="scene", desc="sweep")
         if text:
@@ -45,5 +45,5 @@ class Bar:
 
 
 def hearing(progress: Progress | bool | None) -> AbstractContextManager[Progress]:
-    """Who hears of progress, for a `with` statement: True is a bar of its own, None nobody."""
+    """Receiver of progress, for a `with` statement: a new bar if True, one that does nothing if None."""
     return Bar() if progress is True else nullcontext(progress or NoProgress())

@@ -1,4 +1,4 @@
-"""Where a sweep runs on a cluster: on the workers of a Dask client (extra ``sweep``)."""
+"""A sweep on a cluster: on the workers of a Dask client (extra ``sweep``)."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 __all__ = ["on_cluster"]
 
-_AHEAD = 2  # scenes for each worker that the scheduler knows of: one at work, one waiting
+_AHEAD = 2  # scenes submitted for each worker: one at work, one waiting
 _WAIT = 30.0  # s, for a first worker
 
 
 def on_cluster(tasks: Sequence[Task], client: Client) -> Iterator[Outcome]:
     """Outcomes as they come from a cluster.
 
-    Each worker is asked for scenes that share their geometry, two at a time; whatever a worker that has died was
-    asked for, the scheduler gives to another one.
+    Each worker is given scenes that share their geometry, two at a time; the scheduler passes scenes of a worker that
+    has died to another.
 
     Raises
     ------
@@ -36,12 +36,12 @@ def on_cluster(tasks: Sequence[Task], client: Client) -> Iterator[Outcome]:
 
     shares = Shares(tasks)
     run = uuid.uuid4().hex[:8]
-    asked: dict[Future, tuple[Task, str]] = {}
+    submitted: dict[Future, tuple[Task, str]] = {}
     waiting = as_completed()
 
-    def ask() -> None:
+    def submit() -> None:
         for worker in sorted(client.nthreads()):
-            ahead = sum(1 for _, other in asked.values() if other == worker)
+            ahead = sum(1 for _, other in submitted.values() if other == worker)
             for _ in range(_AHEAD - ahead):
                 task = shares.take(worker)
                 if task is None:
@@ -50,33 +50,35 @@ def on_cluster(tasks: Sequence[Task], client: Client) -> Iterator[Outcome]:
                     _solved, task, identity(), key=f"scene-{run}-{task.key}",
                     workers=[worker], allow_other_workers=True, pure=False,
                 )  # fmt: skip
-                asked[future] = task, worker
+                submitted[future] = task, worker
                 waiting.add(future)
 
     try:
         _require_workers(client)
         while True:
-            ask()
-            if not asked and not len(shares):
+            submit()
+            if not submitted and not len(shares):
                 return
-            if not asked:  # every worker has died
+            if not submitted:  # every worker has died
                 _require_workers(client)
                 continue
             future = next(waiting)
-            task, _ = asked.pop(future)
+            task, _ = submitted.pop(future)
             yield _outcome(task, future)
             future.release()
     finally:
-        client.cancel(list(asked))
+        client.cancel(list(submitted))
 
 
 def _solved(task: Task, versions: dict[str, str]) -> Outcome:
     """On a worker: solve a scene, if its code is that of the driver."""
     if versions != identity():
         here = identity()
-        told = (f"{name} {here.get(name)} for {value}" for name, value in versions.items() if here.get(name) != value)
+        differing = (
+            f"{name} {here.get(name)} for {value}" for name, value in versions.items() if here.get(name) != value
+        )
         raise SemiwearError(
-            f"a worker of the cluster has other versions: {', '.join(told)}; install the driver's there"
+            f"a worker of the cluster has other versions: {', '.join(differing)}; install the driver's there"
         )
     return solve_on_one_thread(task)
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Ended", "Prepared", "Solved", "prepare_sweep", "run_study", "store_of"]
 
-_MOST_TOLD = 10
+_MOST_LISTED = 10
 _MOST_DIGITS = 9  # of a number of processes
 _ANSWER = 10.0  # s, of a scheduler
 
@@ -40,35 +40,35 @@ def store_of(output: str) -> Path:
 
 @dataclass(frozen=True)
 class Ended:
-    """A study that was solved.
+    """A solved study.
 
     Attributes
     ----------
     scenes : Dataset
         Every scene.
     dataset : Dataset
-        What is written.
-    said : str
-        Said besides the numbers of scenes.
+        Dataset that is written.
+    summary : str
+        Text in addition to the numbers of scenes.
     sections : list of (str, str)
-        Headings and HTML of what the page shows before all else.
+        Headings and HTML of the first sections of the page.
     """
 
     scenes: xr.Dataset
     dataset: xr.Dataset
-    said: str = ""
+    summary: str = ""
     sections: list[tuple[str, str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A study that was solved and written, and what is told of it.
+    """A study that was solved and written, with its summary.
 
     Attributes
     ----------
     text : str
     scenes : dict of str to int
-        Numbers of scenes by what became of them.
+        Numbers of scenes by status.
     """
 
     text: str
@@ -99,7 +99,7 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
     Raises
     ------
     SceneError
-        With all that is wrong with the fields.
+        With all faults of the fields.
     """
     if not study.vary:
         fix = "write, e.g., operation.pinion_torque_Nm = [800, 1600] under the header [vary]"
@@ -117,18 +117,18 @@ def run_study(
     study: str, output: str, *, workers: str | None, scheduler: str | None, resume: bool, report: str | None,
     progress: Progress, further: tuple[str, ...] = (), prepare: Callable[[Study, int | str | None], Prepared],
 ) -> Solved:  # fmt: skip
-    """Solve a study file and write its dataset, and its page if one is asked for; what came of it.
+    """Solve a study file, write its dataset and the page if requested; returns the summary.
 
-    `prepare` makes a job of the file, in which names in `further` may stand as well.
+    `prepare` makes a job of the file, which may also have entries named in `further`.
 
     Raises
     ------
     SceneError
-        With all that is wrong with the file, the scene and the options, before anything runs.
+        With all faults of the file, the scene and the options, before anything runs.
     ResultFileError
         The store beside the output is of another version.
     SemiwearError
-        The scheduler cannot be reached, no process started, or an emulator is worse than asked for.
+        The scheduler cannot be reached, no process started, or an emulator's error is above the limit.
     """
     problems = _problems_of_targets(output, report)
     ready = None
@@ -139,20 +139,22 @@ def run_study(
             ready = prepare(read, count)
         except SceneError as error:
             unread = any(problem.field.startswith("vary.") for problem in problems)
-            problems += [one for one in error.problems if not (unread and one.field == "vary" and not read.vary)]
+            problems += [
+                fault for fault in error.problems if not (unread and fault.field == "vary" and not read.vary)
+            ]
     if problems or ready is None:
         raise SceneError(problems, study)
     _require_outputs(ready.study, output, report)
     store = store_of(output)
     kept = kept_scenes(store)
     if kept and not resume:
-        fix = f"--resume goes on from them; or delete {store} to compute everything anew"
+        fix = f"--resume continues from them; or delete {store} to compute everything again"
         raise SceneError.of("--resume", f"left out, and {store} holds {kept} solved scenes", "given", fix)
     with _client(scheduler) as client:
         opened = open_store(store)
         ended = ready.ended(lambda job: run_job(replace(job, client=client), opened, progress))
     write_sweep(ended.dataset, output)
-    lines = [_told(ended.scenes), *filter(None, [ended.said]), f"sweep: {output}; its scenes: {store}"]
+    lines = [_summary(ended.scenes), *filter(None, [ended.summary]), f"sweep: {output}; its scenes: {store}"]
     if report:
         lines.append(f"report: {write_sweep_report(ended.scenes, report, ended.sections)}")
     return Solved("\n".join(lines), dict(_counts(ended.scenes)))
@@ -202,7 +204,7 @@ def _client(address: str | None) -> Iterator[Client | None]:
 
 
 def _require_outputs(study: Study, output: str, report: str | None) -> None:
-    """Refuse outputs without a folder, or in the place of what is read."""
+    """Refuse outputs without a folder, or that would replace inputs."""
     outputs = {"-o": output} | ({"--report": report} if report else {})
     for name, path in outputs.items():
         folder = Path(os.path.realpath(path)).parent
@@ -215,13 +217,13 @@ def _require_outputs(study: Study, output: str, report: str | None) -> None:
 
 
 def _counts(found: xr.Dataset) -> list[tuple[str, int]]:
-    """Numbers of scenes by what became of them, where there are any."""
+    """Numbers of scenes by status, without zeros."""
     counts = [(kind.name.lower(), int((found["status"].values == kind).sum())) for kind in Status]
     return [(name, count) for name, count in counts if count]
 
 
-def _told(found: xr.Dataset) -> str:
-    """Numbers of scenes by what became of them, and why some failed."""
+def _summary(found: xr.Dataset) -> str:
+    """Numbers of scenes by status, and reasons of failures."""
     status = found["status"]
     names = [kind.name.lower() for kind in Status]
     lines = [f"{status.size} scenes: " + ", ".join(f"{count} {name}" for name, count in _counts(found))]
@@ -229,11 +231,11 @@ def _told(found: xr.Dataset) -> str:
         count = int(found["emulated"].sum())
         lines[0] += f"; of these {status.size - count} were solved and {count} emulated"
     failed = np.argwhere(status.values != Status.DONE)
-    for index in failed[:_MOST_TOLD]:
-        one = found.isel(dict(zip(status.dims, map(int, index), strict=True)))
-        fields = [array for array in one.coords.values() if "field" in array.attrs]
+    for index in failed[:_MOST_LISTED]:
+        scene = found.isel(dict(zip(status.dims, map(int, index), strict=True)))
+        fields = [array for array in scene.coords.values() if "field" in array.attrs]
         where = ", ".join(f"{array.name} = {array.values}" for array in fields)
-        lines.append(f"- {where}: {names[int(one['status'])]}, {one['message'].values}")
-    if len(failed) > _MOST_TOLD:
-        lines.append(f"- and {len(failed) - _MOST_TOLD} more")
+        lines.append(f"- {where}: {names[int(scene['status'])]}, {scene['message'].values}")
+    if len(failed) > _MOST_LISTED:
+        lines.append(f"- and {len(failed) - _MOST_LISTED} more")
     return "\n".join(lines)

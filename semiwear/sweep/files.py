@@ -19,16 +19,16 @@ __all__ = ["ENDINGS", "open_sweep", "sweep_target", "write_sweep"]
 
 _ZARR = ".zarr"
 ENDINGS = (*RESULTS, _ZARR)
-"""How the names of files of sweeps end."""
+"""Endings of the names of sweep files."""
 
 
 def sweep_target(field: str, path: str | os.PathLike[str]) -> Path:
-    """Where to write a sweep.
+    """Path to write a sweep to.
 
     Raises
     ------
     SceneError
-        For a name that says another kind of file, or what is there and is none of a sweep.
+        For a name of another kind of file, or something at the path that is no sweep.
     """
     given = Path(path)
     if given.suffix.casefold() != _ZARR:
@@ -38,7 +38,7 @@ def sweep_target(field: str, path: str | os.PathLike[str]) -> Path:
         return file_target(field, path, RESULTS)
     target = Path(os.path.realpath(given))
     if target.exists() and not _is_zarr(target):
-        allowed = "a zarr folder, or a place where there is nothing"
+        allowed = "a zarr folder, or a path where there is nothing"
         raise SceneError.of(field, os.fspath(path), allowed, "it is something else: give another name")
     return target
 
@@ -48,7 +48,7 @@ def _is_zarr(folder: Path) -> bool:
 
 
 def write_sweep(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write the dataset of a sweep; what was there is replaced once the whole is written.
+    """Write the dataset of a sweep; an existing one is replaced once the new one is complete.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def write_sweep(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 def _to_zarr(dataset: xr.Dataset, folder: Path) -> None:
     try:
-        import zarr  # noqa: F401 - xarray's own error does not say what to install
+        import zarr  # noqa: F401 - xarray's own error does not name the package
     except ImportError as error:
         raise MissingExtraError("zarr", "sweep", "a zarr folder") from error
     text = {name: array.astype(object) for name, array in dataset.variables.items() if array.dtype.kind == "U"}
@@ -105,7 +105,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     FileNotFoundError
         There is no such file.
     ResultFileError
-        It is none of a sweep, or cannot be read.
+        It is not the file of a sweep, or cannot be read.
     """
     source = Path(path)
     if not source.exists():

@@ -1,7 +1,7 @@
 """A worker process of a sweep: reads tasks from standard input, writes outcomes to standard output.
 
 ``python -m semiwear.sweep.local_worker`` is started by `semiwear.sweep.processes`. Unlike processes of
-`multiprocessing` it does not run the user's script a second time, which therefore needs no guard.
+`multiprocessing` it does not run the user's script again, which therefore needs no guard.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def main() -> None:
     """Solve scenes until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the driver decides
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what libraries print is no answer
+    os.dup2(2, 1)  # prints of libraries do not mix with outcomes
     tasks = sys.stdin.buffer
     send(answers, READY)
     while True:

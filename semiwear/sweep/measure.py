@@ -1,4 +1,4 @@
-"""Variables of a result that a sweep keeps, and how they are read off."""
+"""Variables of a result that a sweep keeps, and their extraction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STATES = ("all", "last")
 MESHES = "/history/meshes"
 """Engagements of a gear tooth at every wear state: a coordinate of a result, a variable of a sweep."""
 
-_USUAL = ("history", "life")
+_DEFAULT = ("history", "life")
 _OTHER = "tooth_contact"  # of another analysis
 _STEPS = "wear_step"
 
@@ -33,7 +33,7 @@ class Measure:
     variables : tuple of str
         Paths, e.g. ``"/history/load_share_max"``, in the order of the schema.
     last : bool
-        Whether of every variable the last wear state alone is kept.
+        Whether only the last wear state of every variable is kept.
     """
 
     variables: tuple[str, ...]
@@ -46,7 +46,7 @@ class Measure:
 
     @property
     def life_alone(self) -> bool:
-        """Whether nothing but a life is asked for, for which no wear run is needed."""
+        """Whether only a life is measured, which needs no wear run."""
         return all(path.startswith("/life/") for path in self.variables)
 
 
@@ -78,11 +78,11 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
     if wear_states not in STATES:
         fix = '"all" for every wear state, "last" for the end of the run'
         problems.append(Problem("wear_states", shown(wear_states), '"all" or "last"', fix))
-    wanted = _wanted(names, problems)
+    requested = _requested(names, problems)
     groups = [group for group in GROUPS if group != _OTHER]
     known = {name: f"/{group}/{name}" for group, name in VARIABLES if group != _OTHER}
     paths: set[str] = set()
-    for name in wanted:
+    for name in requested:
         plain = str(name).strip("/").rpartition("/")[2] if isinstance(name, str) else ""
         if plain in groups:
             paths |= {path for path in known.values() if path.startswith(f"/{plain}/")}
@@ -93,7 +93,7 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
             fix = f"did you mean {meant}?" if meant else "see semiwear/results/schema.py, or sw.results.VARIABLES"
             allowed = f"a group ({', '.join(groups)}) or a variable of a result"
             problems.append(Problem("measure", shown(name), allowed, fix))
-    if not wanted and not problems:
+    if not requested and not problems:
         fix = "leave it out for the quantities of /history and the life"
         problems.append(Problem("measure", "nothing", "one or more names", fix))
     if problems:
@@ -101,11 +101,11 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
     return Measure(tuple(path for path in known.values() if path in paths), wear_states == "last")
 
 
-def _wanted(names: object, problems: list[Problem]) -> tuple[object, ...]:
+def _requested(names: object, problems: list[Problem]) -> tuple[object, ...]:
     if names is None or isinstance(names, str):
-        return _USUAL if names is None else (names,)
+        return _DEFAULT if names is None else (names,)
     if not isinstance(names, Iterable) or isinstance(names, bytes | Mapping):
-        fix = f'give e.g. ["{_USUAL[0]}", "wear_depth"]'
+        fix = f'give e.g. ["{_DEFAULT[0]}", "wear_depth"]'
         problems.append(Problem("measure", shown(names), "the name of a group or variable, or a list of names", fix))
         return ()
     return tuple(names)
@@ -131,7 +131,7 @@ def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
 
 
 def is_numeric(values: np.ndarray) -> bool:
-    """Whether an array holds numbers, not text such as the place of a least safety: a table has numbers alone."""
+    """Whether an array holds numbers, not text such as the position of a least safety: a table has only numbers."""
     return values.dtype.kind in "fiub"
 
 

@@ -1,4 +1,4 @@
-"""Names of varied fields in a dataset: as short as can be told apart."""
+"""Names of varied fields in a dataset: as short as is unambiguous."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TAKEN = frozenset({*COORDINATES, *(name for _, name in VARIABLES), *OWN})
 
 
 def short_names(keys: Iterable[str]) -> dict[str, str]:
-    """Last parts of dotted keys, with as many before them as it takes to tell them apart.
+    """Last parts of dotted keys, with as many before them as are needed to distinguish them.
 
     Names of results are never taken: ``wear.until.meshes`` is ``until_meshes``.
     """

@@ -24,13 +24,13 @@ from semiwear.sweep.measure import MESHES, Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
-__all__ = ["Outcome", "Status", "solve", "solve_on_one_thread", "telling"]
+__all__ = ["Outcome", "Status", "has_numbers", "solve", "solve_on_one_thread"]
 
 _one_at_a_time = threading.Lock()  # solvers reuse their work space
 
 
 class Status(IntEnum):
-    """End of a scene: solved, or why not. One that is endless is solved: its wear never gets where it is to end."""
+    """End of a scene: solved, or why not. An endless scene is solved: its wear does not reach its end."""
 
     DONE = 0
     REFUSED = 1
@@ -40,32 +40,32 @@ class Status(IntEnum):
 
     @property
     def tells(self) -> bool:
-        """Whether the numbers of a scene count; of an endless one its life, or run, is infinite."""
+        """Whether the numbers of a scene count; the life or run of an endless one is infinite."""
         return self in (Status.DONE, Status.ENDLESS)
 
 
-def telling(status: ArrayLike) -> BoolArray:
+def has_numbers(status: ArrayLike) -> BoolArray:
     """Whether the numbers of scenes with these ends count, of the same shape."""
-    return np.isin(status, [one for one in Status if one.tells])
+    return np.isin(status, [kind for kind in Status if kind.tells])
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Numbers of a scene, or why there are none.
+    """Numbers of a scene, or the reason why there are none.
 
     Attributes
     ----------
     key : str
-        Of its task.
+        Key of its task.
     status : Status
     message : str
-        Why it failed; empty where it is done.
+        Reason of a failure; empty if it is done.
     seconds : float
     measured : Measured
-        Of a run that stopped midway the wear states that it has; empty of others that failed. A life without end is
+        The finished wear states of a run that stopped midway; empty for other failures. A life without end is
         infinite.
     lasting : bool
-        Whether the same would come of it again: what failed for want of memory, say, is not kept in a store.
+        Whether a repetition would give the same: a failure for lack of memory, say, is not kept in a store.
     """
 
     key: str
@@ -77,7 +77,7 @@ class Outcome:
 
 
 def solve(task: Task) -> Outcome:
-    """Solve a scene; whatever goes wrong is its outcome."""
+    """Solve a scene; a failure is its outcome, too."""
     begin = time.perf_counter()
     with _one_at_a_time:
         try:
@@ -103,14 +103,14 @@ def solve(task: Task) -> Outcome:
 
 
 def solve_on_one_thread(task: Task) -> Outcome:
-    """`solve` where several processes share a machine: on one thread, unless the scene says how many."""
+    """`solve` where several processes share a machine: on one thread, unless the scene gives their number."""
     numerics = task.scene.numerics
     scene = replace(task.scene, numerics=replace(numerics, threads=numerics.threads or 1))
     return solve(replace(task, scene=scene))
 
 
 def _endless(task: Task, error: EndlessWearError) -> Measured:
-    """The run of a scene whose life has no end, or what is known of a run that has none."""
+    """The run of a scene whose life has no end, or the known part of a run that has none."""
     measure, scene = task.measure, task.scene
     if error.life:
         # under an accuracy it may be a pilot's run that stopped
@@ -137,11 +137,11 @@ def _simulated(task: Task) -> DataTree:
 
 @one_blas_thread()
 def _life(task: Task) -> Measured:
-    """The life alone, without the wear run of the scene."""
+    """The life only, without the wear run of the scene."""
     compile_ahead(kernels_of(task.scene), task.scene.numerics.threads)
     with using_threads(task.scene.numerics.threads):
         physics = replace(plan(task.scene), compared=task.compared)
         teeth = physics.loaded_teeth()
         arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
-    told = {f"/life/{name}": array for name, array in arrays.items() if is_numeric(array)}
-    return Measured({path: told[path] for path in task.measure.variables if path in told})
+    found = {f"/life/{name}": array for name, array in arrays.items() if is_numeric(array)}
+    return Measured({path: found[path] for path in task.measure.variables if path in found})

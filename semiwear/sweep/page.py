@@ -1,4 +1,4 @@
-"""The report of a sweep: one HTML file that needs nothing but itself (extra ``plot``)."""
+"""Report of a sweep as a single, self-contained HTML file (extra ``plot``)."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ QUANTITIES = (
     "mesh_efficiency",
     "lambda_ratio_min",
 )
-"""Quantities of which the page has pictures, as far as a sweep has them and they vary."""
+"""Quantities in the pictures of the page, if a sweep has them and they vary."""
 
 _MOST_FAILURES, _MOST_REASONS = 200, 50
 _MOST_ROWS = 400
@@ -65,7 +65,7 @@ def write_sweep_report(
     MissingExtraError
         matplotlib is missing; install the extra ``plot``.
     SemiwearError
-        The dataset is none of a sweep, or the path is no HTML file's.
+        The dataset is not that of a sweep, or the path not that of an HTML file.
     OSError
         The file cannot be written.
     """
@@ -87,7 +87,7 @@ def _sections(found: xr.Dataset, first: Sequence[tuple[str, str]] = ()) -> list[
     """Headings and HTML of a sweep's page."""
     return [
         ("Scenes", _tiles(found)),
-        ("What was varied", _fields(found)),
+        ("Varied fields", _fields(found)),
         ("Scenes that failed", _failures(found)),
         *first,
         ("Quantities at the end of each run", _cards(found)),
@@ -111,8 +111,8 @@ def _tiles(found: xr.Dataset) -> str:
         numbers.append(("Solved", str(status.size - count), f"{count} are emulated"))
         seconds = seconds[np.isfinite(seconds)]
     if seconds.size:
-        told = f"longest {seconds.max():.3g} s"
-        numbers.append(("Median time of a scene", f"{np.median(seconds):.3g} s", told))
+        longest = f"longest {seconds.max():.3g} s"
+        numbers.append(("Median time of a scene", f"{np.median(seconds):.3g} s", longest))
     return tiles(numbers)
 
 
@@ -126,25 +126,25 @@ def _fields(found: xr.Dataset) -> str:
         values = np.atleast_1d(array.values)
         if array.dtype.kind == "U":
             texts = list(dict.fromkeys(map(str, values)))
-            told = ", ".join(texts[:8]) + (", ..." if len(texts) > 8 else "")
+            extent = ", ".join(texts[:8]) + (", ..." if len(texts) > 8 else "")
         else:
-            told = f"{values.min():.4g} to {values.max():.4g}"
+            extent = f"{values.min():.4g} to {values.max():.4g}"
         count = str(np.unique(values).size)
-        rows.append([array.attrs["field"], count, told, unit_text(str(array.attrs.get("units", ""))) or NONE])
+        rows.append([array.attrs["field"], count, extent, unit_text(str(array.attrs.get("units", ""))) or NONE])
     return table("Varied fields", ["field", "values", "from, to", "unit"], rows)
 
 
 def _failures(found: xr.Dataset) -> str:
-    """Reasons, each with the scenes that failed for it."""
+    """Reasons of failures, each with its scenes."""
     status = found["status"]
     meanings, fields = str(status.attrs["flag_meanings"]).split(), _varied(found)
     reasons: dict[tuple[str, str], list[str]] = {}
     for index in np.argwhere(status.values != 0):
-        place = {str(dim): int(k) for dim, k in zip(status.dims, index, strict=True)}
+        position = {str(dim): int(k) for dim, k in zip(status.dims, index, strict=True)}
         where = ", ".join(
-            f"{array.name} = {_cell(array.isel({dim: place[str(dim)] for dim in array.dims}))}" for array in fields
+            f"{array.name} = {_cell(array.isel({dim: position[str(dim)] for dim in array.dims}))}" for array in fields
         )
-        key = meanings[int(status.values[tuple(index)])], str(found["message"].isel(place).values)
+        key = meanings[int(status.values[tuple(index)])], str(found["message"].isel(position).values)
         reasons.setdefault(key, []).append(where)
     parts = []
     for (meaning, reason), scenes in list(reasons.items())[:_MOST_REASONS]:
@@ -203,7 +203,7 @@ def _pictures(found: xr.Dataset, name: str, body: str, values: xr.DataArray) -> 
             yield _drawn(partial(sweep_samples, found, name, str(array.name), body=body)), alt, f"Over {array.name}."
         return
     many = [dim for dim in values.dims if values.sizes[dim] > 1]
-    held = "; further fields are held at the values above the picture" if len(many) > 2 else ""
+    held = "; further fields have the values above the picture" if len(many) > 2 else ""
     yield _drawn(partial(sweep_curves, found, name, body=body)), alt, f"As curves{held}."
     if len(many) > 1:
         yield _drawn(partial(sweep_map, found, name, body=body)), alt, f"As a map{held}."
@@ -218,7 +218,7 @@ def _drawn(draw: Callable[..., Axes]) -> str:
 
 
 def _numbers(found: xr.Dataset) -> str:
-    """A row a scene, in the order of the dataset."""
+    """Table with a row for each scene, in the order of the dataset."""
     shown = list(_shown(found))
     if not shown:
         return "<p>No quantity varies from scene to scene.</p>"
@@ -227,8 +227,8 @@ def _numbers(found: xr.Dataset) -> str:
     heads += [escape(f"{name} {body}".strip()) for name, body, _ in shown]
     rows = []
     for index in list(np.ndindex(status.shape))[:_MOST_ROWS]:
-        place = dict(zip(map(str, status.dims), index, strict=True))
-        cells = [_cell(array.isel({d: place[str(d)] for d in array.dims})) for array in fields]
+        position = dict(zip(map(str, status.dims), index, strict=True))
+        cells = [_cell(array.isel({d: position[str(d)] for d in array.dims})) for array in fields]
         rows.append([*cells, *(figure_text(float(values.values[index])) for _, _, values in shown)])
     more = status.size - len(rows)
     note = f"<p>The first {len(rows)} of {status.size} scenes.</p>" if more > 0 else ""

@@ -9,14 +9,14 @@ from typing import BinaryIO
 __all__ = ["READY", "receive", "send"]
 
 READY = "ready"
-"""First word of a worker that has loaded what it computes with."""
+"""First message of a worker that has loaded its modules."""
 
 _LENGTH = struct.Struct(">Q")
 
 
-def send(stream: BinaryIO, what: object) -> None:
+def send(stream: BinaryIO, item: object) -> None:
     """Write one object."""
-    content = pickle.dumps(what, protocol=5)
+    content = pickle.dumps(item, protocol=5)
     stream.write(_LENGTH.pack(len(content)))
     stream.write(content)
     stream.flush()
@@ -28,7 +28,7 @@ def receive(stream: BinaryIO) -> object:
     Raises
     ------
     EOFError
-        The other side has gone.
+        The other process has ended.
     """
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:

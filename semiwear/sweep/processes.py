@@ -1,4 +1,4 @@
-"""Where a sweep runs on this machine: in this process, or in processes beside it."""
+"""A sweep on this machine: in this process, or in worker processes."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from semiwear.sweep.shares import Shares
 __all__ = ["Crew"]
 
 ATTEMPTS = 2
-"""Processes that may die of a scene before it counts as lost."""
+"""Number of processes that may die on a scene before it counts as lost."""
 
 COMMAND = command_of("semiwear.sweep.local_worker")
 
 
 class Crew:
-    """Worker processes that take one piece of work after the other, and end with the `with` block.
+    """Worker processes that solve scenes one after the other, and end with the `with` block.
 
     A process that dies is replaced, and its scene tried once more; if that kills a process, too, the scene is lost.
 
@@ -35,8 +35,8 @@ class Crew:
     workers : int
         Processes; 0: everything is solved in this one.
     helped : bool
-        Whether this process stands for one of them: it has at hand what it solved before. A scene that kills its
-        process then takes this one with it.
+        Whether this process is one of them: it has earlier solutions in memory. A scene that kills its
+        process then ends this one, too.
     """
 
     def __init__(self, workers: int, *, helped: bool = False) -> None:
@@ -74,15 +74,15 @@ class Crew:
                 if self._helped and found.empty() and (task := shares.take(self)) is not None:
                     yield solve_on_one_thread(task)
                     continue
-                one = found.get()
-                if isinstance(one, BaseException):
-                    raise one
-                yield one
+                result = found.get()
+                if isinstance(result, BaseException):
+                    raise result
+                yield result
 
 
 @contextmanager
 def _at_work(hands: Sequence[_Hand], shares: Shares, found: queue.Queue[Outcome | BaseException]) -> Iterator[None]:
-    """Let each hand work in a thread; their processes stay unless the block is left before its end."""
+    """Let each hand work in a thread; their processes continue unless the block is left before its end."""
     threads = [threading.Thread(target=hand.work, args=(shares, found), daemon=True) for hand in hands]
     for hand, thread in zip(hands, threads, strict=True):
         hand.stopped = False
@@ -103,7 +103,7 @@ def _at_work(hands: Sequence[_Hand], shares: Shares, found: queue.Queue[Outcome 
 
 
 class _Died(Exception):
-    """A worker process has ended; the message says how."""
+    """A worker process has ended, as the message states."""
 
 
 class _Hand:
@@ -120,11 +120,11 @@ class _Hand:
         try:
             while not self.stopped and (task := shares.take(self)) is not None:
                 found.put(self._solved(task))
-        except BaseException as error:  # it ends the sweep, in the thread that waits for its outcomes
+        except BaseException as error:  # raised again in the thread that waits for outcomes
             found.put(error)
 
     def stop(self) -> None:
-        """End the process, whatever it does."""
+        """Kill the process."""
         with self._lock:
             self.stopped = True
             if self._process is not None:
@@ -134,20 +134,20 @@ class _Hand:
         reasons: list[str] = []
         while len(reasons) < ATTEMPTS and not self.stopped:
             try:
-                return self._asked(task)
+                return self._sent(task)
             except _Died as error:
                 self.end()
                 reasons.append(str(error))
         reason = f"the process that solved it died: {', then '.join(reasons)}"
         return Outcome(task.key, Status.LOST, reason, lasting=False)
 
-    def _asked(self, task: Task) -> Outcome:
+    def _sent(self, task: Task) -> Outcome:
         process = self._begun()
         try:
             send(cast(BinaryIO, process.stdin), task)
             return cast(Outcome, receive(cast(BinaryIO, process.stdout)))
         except (EOFError, OSError):
-            raise _Died(_how_it_ended(process.wait())) from None
+            raise _Died(_end_text(process.wait())) from None
 
     def call(self) -> None:
         """Start a process, which need not be ready yet."""
@@ -173,19 +173,19 @@ class _Hand:
             self._ready = receive(cast(BinaryIO, process.stdout)) == READY
         if not self._ready and not self.stopped:
             raise SemiwearError(
-                f"no process can be started for the sweep ({_how_it_ended(process.wait())}); "
+                f"no process can be started for the sweep ({_end_text(process.wait())}); "
                 "workers=0 computes in this one"
             )
         return process
 
     def end(self) -> None:
-        """Let the process go: it ends when nothing more can come."""
+        """Close the process's pipes, on which it ends."""
         with self._lock:
             process, self._process = self._process, None
         if process is None:
             return
         if not self._ready:
-            process.kill()  # it would answer to no one
+            process.kill()  # nobody would read its outcome
         for stream in (process.stdin, process.stdout):
             if stream is not None:
                 with suppress(OSError):
@@ -193,7 +193,7 @@ class _Hand:
         process.wait()
 
 
-def _how_it_ended(status: int) -> str:
+def _end_text(status: int) -> str:
     if status >= 0:
         return f"exit status {status}"
     try:

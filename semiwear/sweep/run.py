@@ -49,10 +49,10 @@ def sweep(
 ) -> xr.Dataset:
     """Wear many scenes that differ in some fields.
 
-    Scenes of equal teeth and placement share contact lines and compliance. Scenes that differ in nothing but the wear
-    coefficient k share one solution where they end at control depths, or where a life alone is measured: wear knows k
-    only times the number of meshes, so meshes, life and hours are inverse to k, and all else is the same. Where a run
-    ends after a number of meshes each k is worn by itself.
+    Scenes of equal teeth and placement share contact lines and compliance. Scenes that differ only in the wear
+    coefficient k share one solution if they end at control depths, or if only a life is measured: wear depends on k
+    times the number of meshes, so that meshes, life and hours are inverse to k, and the rest is equal. If runs end
+    after a number of meshes, each k is worn by itself.
 
     Parameters
     ----------
@@ -60,42 +60,41 @@ def sweep(
         The scene that is varied; it needs a table ``[wear]``.
     vary : mapping or DataFrame
         From dotted key to a list of values, such as ``{"operation.pinion_torque_Nm": [800, 1600]}``: of fields, or of
-        tables (``"effects.friction": [None, {}]``; None removes one). A pandas DataFrame has a column a field and a
-        row a scene.
+        tables (``"effects.friction": [None, {}]``; None removes one). A pandas DataFrame has a column for each field
+        and a row for each scene.
     measure : str or sequence of str, optional
         Groups and variables of a result that are kept, such as ``["history", "wear_depth"]``. Default: the quantities
-        of ``/history``, and ``/life`` where the scene has ``[effects.run_life]``.
+        of ``/history``, and ``/life`` if the scene has ``[effects.run_life]``.
     wear_states : str
         ``"all"``: along `wear_step`, unworn first. ``"last"``: at the end of each run.
     combine : str
-        Of a mapping: ``"grid"`` for all combinations, ``"zip"`` for lists of one length side by side.
+        For a mapping: ``"grid"`` for all combinations, ``"zip"`` for lists of equal length side by side.
     workers : int or str, optional
         Processes on this machine, each on one thread unless the scene gives `numerics.threads`; 0 or ``"none"``: in
-        this process. Default: one a core.
+        this process. Default: one per core.
     client : distributed.Client, optional
         Where to run instead: a cluster, one scene at a time on each of its workers (extra ``sweep``).
     store : path, optional
-        Folder that keeps every scene as soon as it is solved. A sweep that was stopped, or that has grown, computes
-        what is missing there.
+        Folder that keeps every scene as soon as it is solved. A sweep that was stopped, or extended, computes only
+        the missing scenes.
     progress : Progress or bool, optional
-        Hears of every scene; True shows a bar (extra ``progress``).
+        Called after every scene; True shows a bar (extra ``progress``).
 
     Returns
     -------
     Dataset
         Along a dimension for each field, named by the last part of its key, or along `sample`. Variables are named as
-        in a result. `status` says of each scene whether it is done, refused (its combination is illegal), failed,
+        in a result. `status` states whether each scene is done, refused (its combination is illegal), failed,
         lost (its process died twice) or endless (it wears no further before the depth of its life, which is infinite
         then, or, with ``wear_states="last"``, before its last control depth), `message` why, `seconds` how long it
-        took. Values of scenes that failed are NaN, but for the wear states of a run that stopped midway: those it
-        has are kept, and `last_wear_step` is the last of them (with ``wear_states="last"`` it has none). All but
-        `seconds` are the same to the last bit wherever and in whatever order scenes were solved, on one kind of
-        processor.
+        took. Values of scenes that failed are NaN, except for the finished wear states of a run that stopped midway,
+        of which `last_wear_step` is the last (with ``wear_states="last"`` there are none). All but `seconds` are
+        bitwise equal for any order and place of the solutions, on one kind of processor.
 
     Raises
     ------
     SceneError
-        With everything that is wrong with the arguments, before anything runs; also where every scene is illegal.
+        With all faults of the arguments, before anything runs; also if every scene is illegal.
     ResultFileError
         The store was written by another version, is something else, or cannot be written.
     MissingExtraError
@@ -113,13 +112,13 @@ def sweep(
     [0, 0]
     """
     job = read_job(scene, vary, measure=measure, wear_states=wear_states, combine=combine, crew=(workers, client))
-    with hearing(progress) as hears:
-        return run_job(job, open_store(store), hears)
+    with hearing(progress) as report:
+        return run_job(job, open_store(store), report)
 
 
 @dataclass(frozen=True)
 class Job:
-    """A sweep whose arguments are sound.
+    """A sweep with valid arguments.
 
     Attributes
     ----------
@@ -129,7 +128,7 @@ class Job:
     members : list of Member
         The scenes.
     tasks : dict of str to Task
-        What is to be solved for them.
+        The solutions that they need.
     workers : int
         Processes; 0 for this one.
     client : Client or None
@@ -153,12 +152,12 @@ def read_job(
     combine: str = "grid",
     crew: tuple[int | str | None, Client | None] = (None, None),
 ) -> Job:
-    """The job that arguments of `sweep` ask for; `crew` holds `workers` and `client`.
+    """The job of arguments of `sweep`; `crew` holds `workers` and `client`.
 
     Raises
     ------
     SceneError
-        With everything that is wrong.
+        With all faults.
     """
     problems: list[Problem] = []
     variation = measured = None
@@ -178,8 +177,8 @@ def read_job(
         raise SceneError(problems, "sweep")
     members, tasks = gather(scene, variation, measured)
     if measured.life_alone and not any(task.scene.effects.run_life for task in tasks.values()):
-        allowed = "what a result of these scenes has"
-        raise SceneError.of("measure", "a life alone", allowed, "give the scene [effects.run_life], which ends it")
+        allowed = "quantities that a result of these scenes has"
+        raise SceneError.of("measure", "only a life", allowed, "give the scene [effects.run_life], which ends it")
     return Job(scene, variation, measured, members, tasks, count, crew[1])
 
 
@@ -189,7 +188,7 @@ def crew_of(crew: int | str | Client | None) -> tuple[int | str | None, Client |
 
 
 def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
-    """Number of processes, and what is wrong with it."""
+    """Number of processes, and problems with it."""
     allowed = f'a whole number, 0 (or "none": in this process) to {_MOST_WORKERS}'
     if workers is None:
         return available_threads(), []
@@ -198,18 +197,18 @@ def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
     if workers == "none":
         return 0, []
     if not is_whole(workers) or not 0 <= workers <= _MOST_WORKERS:
-        return 0, [Problem("workers", shown(workers), allowed, "leave it out for one process a core")]
+        return 0, [Problem("workers", shown(workers), allowed, "leave it out for one process per core")]
     return workers, []
 
 
 def run_job(job: Job, store: Store, progress: Progress) -> xr.Dataset:
-    """Solve what the store does not hold, and put all together."""
+    """Solve the tasks that the store does not hold, and assemble the dataset."""
     solve_job(job, store, progress)
     return assembled(job.scene, job.variation, job.measure, job.members, store)
 
 
 def solve_job(job: Job, store: Store, progress: Progress) -> None:
-    """Solve what the store does not hold; afterwards it holds the outcome of every task."""
+    """Solve the tasks that the store does not hold, and add their outcomes to it."""
     scenes: dict[str, int] = {}
     for member in job.members:
         scenes[member.key] = scenes.get(member.key, 0) + 1
@@ -223,15 +222,15 @@ def solve_job(job: Job, store: Store, progress: Progress) -> None:
             done += scenes[key]
             failed += scenes[key] * (not kept.status.tells)
     total = len(job.members)
-    progress.step(done, total, _told(failed))
+    progress.step(done, total, _failures_text(failed))
     for outcome in _outcomes(job, missing):
         store.put(outcome)
         done += scenes[outcome.key]
         failed += scenes[outcome.key] * (not outcome.status.tells)
-        progress.step(done, total, _told(failed))
+        progress.step(done, total, _failures_text(failed))
 
 
-def _told(failed: int) -> str:
+def _failures_text(failed: int) -> str:
     return f"{failed} failed" if failed else ""
 
 

@@ -1,4 +1,4 @@
-"""The scenes of a sweep: each combination checked, and which of them share a solution or their geometry."""
+"""The scenes of a sweep: checked combinations, and the solutions and geometries that they share."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class Task:
     Attributes
     ----------
     key : str
-        Digest of everything that the answer depends on but the code.
+        Digest of everything but the code on which the solution depends.
     scene : Scene
     measure : Measure
     compared : Compared, optional
-        Where its run is to be compared with others of nearly the same scene.
+        Given if its run is compared with others of nearly the same scene.
     """
 
     key: str
@@ -46,16 +46,16 @@ class Task:
 
 @dataclass(frozen=True)
 class Member:
-    """One scene of a sweep: where its numbers come from, or why it has none.
+    """A scene of a sweep: the source of its numbers, or the reason why it has none.
 
     Attributes
     ----------
     key : str
-        Of the task that solves it; empty where the scene is refused.
+        Key of the task that solves it; empty if the scene is refused.
     stretch : float
         Number of meshes over that of the task.
     refused : str
-        What is wrong with the combination.
+        Faults of the combination.
     """
 
     key: str
@@ -64,24 +64,24 @@ class Member:
 
 
 def scenes_of(scene: Scene, variation: Variation) -> list[Scene | SceneError]:
-    """Each scene of a sweep, or what is wrong with it.
+    """Each scene of a sweep, or its error.
 
     Raises
     ------
     SceneError
-        Where every combination is illegal.
+        If every combination is illegal.
     """
     base = replace(scene, _check=None if scene._check is None else _remembered(scene._check, scene))
     found: list[Scene | SceneError] = []
     for changes in variation.changes():
         try:
-            one = replace(base.replace(changes), _check=scene._check)
-            if one.wear is None:
+            changed = replace(base.replace(changes), _check=scene._check)
+            if changed.wear is None:
                 raise SceneError.of("wear", None, "a table [wear]", "loaded_contact is for scenes without wear")
-            found.append(one)
+            found.append(changed)
         except SceneError as error:
             found.append(error)
-    errors = [one for one in found if isinstance(one, SceneError)]
+    errors = [error for error in found if isinstance(error, SceneError)]
     if len(errors) == len(found):
         problems = list({str(problem): problem for error in errors for problem in error.problems}.values())
         raise SceneError(problems[:_MOST_SHOWN], "sweep, every scene")
@@ -89,10 +89,9 @@ def scenes_of(scene: Scene, variation: Variation) -> list[Scene | SceneError]:
 
 
 def _remembered(check: Callable[[Scene], Iterable[Problem]], base: Scene) -> Callable[[Scene], list[Problem]]:
-    """Limits of the teeth, found once for scenes that differ only in what these limits do not look at.
+    """Limits of the teeth, found once for scenes that differ only in fields without influence on them.
 
-    That is how the pair is loaded, of what it is made, how fast and how long it wears, and which effects
-    act, unless one names a file.
+    These are load, material, speed and duration of wear, and effects that name no file.
     """
 
     @lru_cache(maxsize=256)
@@ -103,7 +102,7 @@ def _remembered(check: Callable[[Scene], Iterable[Problem]], base: Scene) -> Cal
         wear = scene.wear
         if wear is not None and base.wear is not None:
             wear = replace(wear, coefficient_mm2_per_N=base.wear.coefficient_mm2_per_N, until=base.wear.until)
-        # of effects limits look at the files with deviations alone
+        # effects influence limits only by files with deviations
         effects = scene.effects if _names_files(scene) or _names_files(base) else base.effects
         operation = replace(base.operation, loaded_flank=scene.operation.loaded_flank)
         return list(
@@ -123,23 +122,23 @@ def _names_files(scene: Scene) -> bool:
 
 
 def gather(scene: Scene, variation: Variation, measure: Measure) -> tuple[list[Member], dict[str, Task]]:
-    """Scenes of a sweep, and what is to be solved for them: once what several share.
+    """Scenes of a sweep and the tasks that solve them; shared solutions are solved once.
 
-    Scenes that differ in the wear coefficient alone share a solution where that is exact (`shared_solution`).
+    Scenes that differ only in the wear coefficient share a solution if that is exact (`shared_solution`).
 
     Raises
     ------
     SceneError
-        Where every combination is illegal.
+        If every combination is illegal.
     """
     members: list[Member] = []
     tasks: dict[str, Task] = {}
     varied = {axis.key for axis in variation.axes}
-    for one in scenes_of(scene, variation):
-        if isinstance(one, SceneError):
-            members.append(Member("", refused="; ".join(str(problem) for problem in one.problems)))
+    for own in scenes_of(scene, variation):
+        if isinstance(own, SceneError):
+            members.append(Member("", refused="; ".join(str(problem) for problem in own.problems)))
             continue
-        solved, stretch = shared_solution(one, scene, measure) if varied & {_COEFFICIENT, "wear"} else (one, 1.0)
+        solved, stretch = shared_solution(own, scene, measure) if varied & {_COEFFICIENT, "wear"} else (own, 1.0)
         plain = replace(
             solved, title="", reference=None, numerics=replace(solved.numerics, threads=None), _check=None
         )
@@ -151,13 +150,13 @@ def gather(scene: Scene, variation: Variation, measure: Measure) -> tuple[list[M
 
 
 def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene, float]:
-    """The scene with the wear coefficient of another one, and by what its meshes are longer than there.
+    """The scene with the wear coefficient of another one, and the ratio of its number of meshes to the other's.
 
-    Wear knows the coefficient k only times the number N of meshes: every law of the coefficient is a factor on k N.
-    A run that ends at given depths, and a life, therefore find the same k N for every k, and the same contact. A run
-    of a given number of meshes does not; nor do two bodies that wear with another ratio of their coefficients. Such a
-    scene comes back as it is; so does one of which damage of failure modes is measured: Miner's sum counts meshes N,
-    not k N.
+    Wear depends on the product k N of the coefficient and the number of meshes: every law of the coefficient is a
+    factor on k N. A run that ends at given depths, and a life, therefore have the same k N for every k, and the same
+    contact. A run of a given number of meshes does not; nor do two bodies with another ratio of their coefficients.
+    Such a scene is returned unchanged; so is one whose damage by failure modes is measured: Miner's sum depends on
+    meshes N, not on k N.
     """
     ours, theirs = scene.wear, base.wear
     if ours is None or theirs is None or ours.coefficient_mm2_per_N == theirs.coefficient_mm2_per_N:
@@ -178,7 +177,7 @@ def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene,
 
 
 def _measures_damage(scene: Scene, measure: Measure) -> bool:
-    """Whether what is measured knows of failure modes, which the scene rates."""
+    """Whether measured quantities depend on failure modes that the scene rates."""
     if not any(isinstance(table, RatingTable) for table in vars(scene.effects).values()):
         return False
     life = scene.effects.run_life
@@ -193,12 +192,12 @@ def _of_worn(pairs: list[tuple[float, float]], bodies: tuple[str, ...]) -> float
 
 
 def _digest(scene: Scene, measure: Measure) -> str:
-    told = [scene.to_toml(), sorted(file_digests(scene.to_dict()).items()), measure.variables, measure.last]
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:32]
+    content = [scene.to_toml(), sorted(file_digests(scene.to_dict()).items()), measure.variables, measure.last]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
 def shared_by(task: Task) -> tuple[str, str]:
-    """`geometry_of` a task's scene; of runs whose prisms are read on one course, digests of that."""
+    """`geometry_of` a task's scene; for runs with interpolated prisms, digests of their course."""
     course = None if task.compared is None else task.compared.course
     if course is None:
         return geometry_of(task.scene)
@@ -207,7 +206,7 @@ def shared_by(task: Task) -> tuple[str, str]:
 
 
 def geometry_of(scene: Scene) -> tuple[str, str]:
-    """Digests of what decides a scene's teeth, and its contact lines: scenes with equal ones share those."""
+    """Digests of a scene's teeth and of its contact lines, which scenes with equal digests share."""
     data: Table = scene.to_dict()
     teeth = {"gear_pair": data["gear_pair"], "material": data.get("material"), "loaded": data["operation"]}
     teeth["loaded"] = data["operation"].get("loaded_flank")

@@ -1,4 +1,4 @@
-"""Numbers of a scene that asks for an accuracy, chosen once for many scenes that are compared."""
+"""Numerics of a scene with a requested accuracy, chosen once for many scenes that are compared."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ __all__ = ["settled"]
 
 
 def settled(scene: Scene) -> Scene:
-    """The scene with the numbers that its accuracy takes, in plain wear steps; one without an accuracy as it is.
+    """The scene with the numerics chosen for its accuracy, in plain wear steps; unchanged without an accuracy.
 
     Raises
     ------
     SemiwearError
-        The scene cannot be solved, or not as accurately.
+        The scene cannot be solved, or not to that accuracy.
     """
     if scene.numerics.accuracy is None:
         return scene

@@ -1,4 +1,4 @@
-"""Order in which workers take scenes: those that share contact lines stay together on one worker."""
+"""Order in which workers take scenes: those with common contact lines stay on one worker."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["Shares"]
 
 
 class Shares:
-    """Scenes that are still to be solved, by what they share.
+    """Remaining scenes, grouped by their common data.
 
-    A worker goes on with the group that it has begun, then takes one that no one has, of the same teeth if there is
-    one, and at last helps with the group of which most is left.
+    A worker continues with the group that it has begun, then takes a free one, of the same teeth if possible, and
+    finally helps with the largest remaining group.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Shares:
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
-        """Scenes that no worker has."""
+        """Number of scenes that no worker has."""
         with self._lock:
             return sum(map(len, self._groups.values()))
 
@@ -55,7 +55,7 @@ class Shares:
         others = {group for name, group in self._taken.items() if name != worker}
         free = [group for group in self._groups if group not in others]
         if free:
-            near = [group for group in free if own is not None and group[0] == own[0]]
-            self._taken[worker] = (near or free)[0]
+            same_teeth = [group for group in free if own is not None and group[0] == own[0]]
+            self._taken[worker] = (same_teeth or free)[0]
             return self._taken[worker]
         return max(self._groups, key=lambda group: len(self._groups[group]), default=None)

@@ -1,9 +1,9 @@
-"""A store of solved scenes: a folder with a file for each, written as soon as it is found.
+"""A store of solved scenes: a folder with a file for each, written as soon as it is solved.
 
-``sweep.json`` says which versions solved them; ``<key>.npz`` holds one outcome. A file is written beside its place
-and renamed, so that it is whole or absent, whenever a sweep is killed. Keys are digests of the scene, of the files
-that it names and of what is measured: a sweep that was stopped, or has grown, finds what it has in common with
-earlier ones. Several sweeps may use a store at once.
+``sweep.json`` holds the versions that solved them; ``<key>.npz`` holds one outcome. A file is written under another
+name and renamed, so that it is whole or absent if a sweep is killed. Keys are digests of the scene, of the files that
+it names and of the measured variables: a sweep that was stopped, or extended, finds the outcomes of earlier ones.
+Several sweeps may use a store at once.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _VERSION = 1
 _HEAD, _ENDING, _PART = "sweep.json", ".npz", ".part"
 _LEFT = 3600.0  # s after which no sweep is still writing a part
 _COORDINATE = "coordinate "
-_REMEDY = "give another folder, or delete this one to compute everything anew"
+_REMEDY = "give another folder, or delete this one to compute everything again"
 
 
 class Store(Protocol):
     """Keeps outcomes by their keys."""
 
     def get(self, key: str) -> Outcome | None:
-        """The outcome; None where there is none."""
+        """The outcome; None if there is none."""
 
     def put(self, outcome: Outcome) -> None:
-        """Keep one."""
+        """Keep an outcome."""
 
 
 class MemoryStore:
@@ -53,27 +53,27 @@ class MemoryStore:
         self._kept: dict[str, Outcome] = {}
 
     def get(self, key: str) -> Outcome | None:
-        """The outcome; None where there is none."""
+        """The outcome; None if there is none."""
         return self._kept.get(key)
 
     def put(self, outcome: Outcome) -> None:
-        """Keep one."""
+        """Keep an outcome."""
         self._kept[outcome.key] = outcome
 
 
 class FileStore:
-    """Keeps outcomes in a folder; made by `open_store`. Those that would not last are kept in memory."""
+    """Keeps outcomes in a folder; made by `open_store`. Those that are not lasting are kept in memory."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._passing = MemoryStore()
 
     def get(self, key: str) -> Outcome | None:
-        """The outcome; None where there is none, or its file is damaged."""
+        """The outcome; None if there is none, or its file is damaged."""
         return self._passing.get(key) or _read(self.folder / f"{key}{_ENDING}", key)
 
     def put(self, outcome: Outcome) -> None:
-        """Keep one; when this returns it is on the disk.
+        """Keep an outcome, which is on the disk when this returns.
 
         Raises
         ------
@@ -94,12 +94,12 @@ class FileStore:
 
 @lru_cache(maxsize=1)
 def identity() -> dict[str, str]:
-    """Versions on which a solved scene stands: the package, its code, and the libraries that decide the last bits."""
+    """Versions on which a solved scene depends: package, code, and the libraries that decide the last bits."""
     return {name: value for name, value in run_identity("").items() if name != "scene"}
 
 
 def open_store(path: str | os.PathLike[str] | None) -> Store:
-    """A store in a folder, made where there is none; without a path one in memory.
+    """A store in a folder, created if missing; in memory without a path.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def open_store(path: str | os.PathLike[str] | None) -> Store:
 
 
 def _remove_left(folder: Path) -> None:
-    """Remove parts of a sweep that was killed as it wrote, not those that another one is writing."""
+    """Remove parts of a sweep that was killed while writing, not those that another one is writing."""
     for left in folder.glob(f"*{_PART}"):
         with suppress(FileNotFoundError):
             if time.time() - left.stat().st_mtime > _LEFT:
@@ -135,7 +135,7 @@ def _remove_left(folder: Path) -> None:
 
 
 def kept_scenes(path: str | os.PathLike[str]) -> int:
-    """Number of outcomes that a store holds; 0 where there is none."""
+    """Number of outcomes in a store; 0 if there is none."""
     folder = Path(path)
     return sum(1 for _ in folder.glob(f"*{_ENDING}")) if (folder / _HEAD).exists() else 0
 
@@ -169,7 +169,7 @@ def _differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 def _write(file: Path, content: bytes) -> None:
     try:
         _write_once(file, content)
-    except FileNotFoundError:  # a sweep of an earlier version that opens the store removes what others are writing
+    except FileNotFoundError:  # an earlier version that opens the store removes the parts of others
         _write_once(file, content)
 
 
@@ -187,7 +187,7 @@ def _write_once(file: Path, content: bytes) -> None:
 
 
 def _packed(outcome: Outcome) -> bytes:
-    told = {
+    record = {
         "key": outcome.key,
         "status": int(outcome.status),
         "message": outcome.message,
@@ -197,7 +197,7 @@ def _packed(outcome: Outcome) -> bytes:
     arrays = [*outcome.measured.variables.values(), *outcome.measured.coords.values()]
     buffer = io.BytesIO()
     np.savez(
-        buffer, allow_pickle=False, _told=np.array(json.dumps(told)), **{f"a{k}": a for k, a in enumerate(arrays)}
+        buffer, allow_pickle=False, _told=np.array(json.dumps(record)), **{f"a{k}": a for k, a in enumerate(arrays)}
     )
     return buffer.getvalue()
 
@@ -205,13 +205,13 @@ def _packed(outcome: Outcome) -> bytes:
 def _read(file: Path, key: str) -> Outcome | None:
     try:
         with np.load(file, allow_pickle=False) as opened:
-            told = json.loads(str(opened["_told"]))
-            arrays = {name: opened[f"a{k}"] for k, name in enumerate(told["arrays"])}
-        if told["key"] != key:
+            record = json.loads(str(opened["_told"]))
+            arrays = {name: opened[f"a{k}"] for k, name in enumerate(record["arrays"])}
+        if record["key"] != key:
             return None
         coords = {name.removeprefix(_COORDINATE): a for name, a in arrays.items() if name.startswith(_COORDINATE)}
         variables = {name: a for name, a in arrays.items() if not name.startswith(_COORDINATE)}
         measured = Measured(variables, coords)
-        return Outcome(key, Status(told["status"]), str(told["message"]), float(told["seconds"]), measured)
+        return Outcome(key, Status(record["status"]), str(record["message"]), float(record["seconds"]), measured)
     except Exception:  # an archive that is damaged raises almost anything
         return None

@@ -39,7 +39,7 @@ __all__ = ["OPTIONS", "Study", "flat_fields", "read_study"]
 OPTIONS = ("measure", "wear_states", "combine")
 """Further arguments of `sweep`, which may stand in a study file."""
 
-_OF_FIELDS = ("design", "unknown", "vary")  # tables for one command each, and for all
+_OF_FIELDS = ("design", "unknown", "vary")  # tables of single commands, and of all
 _RANGE = frozenset({"from", "to", "count"})
 _DISTRIBUTION = "distribution"
 _MOST_BYTES = 10_000_000
@@ -57,13 +57,13 @@ class Study:
     scene : Scene
         With the changes of ``[set]``.
     scene_name : str
-        As the file says it.
+        Name in the file.
     vary : dict
         Lists of values by dotted key.
     options : dict
         Further arguments of `sweep`.
     tables : dict
-        Tables that the caller asked for, as they stand.
+        Tables requested by the caller, unchanged.
     """
 
     path: Path
@@ -86,16 +86,16 @@ def read_study(
     ----------
     path : path
     further : tuple of str
-        Names of further tables and values that may stand at the top level, which the caller reads.
+        Names of further tables and values at the top level, which the caller reads.
     problems : list of Problem
-        All that is wrong with the file and with the scene that it names is added.
+        Receives all faults of the file and of the scene that it names.
     options : tuple of str
-        Which further arguments of `sweep` may stand there. Default: all.
+        Permitted further arguments of `sweep`. Default: all.
 
     Returns
     -------
     Study or None
-        What could be read, for the caller to find what else is wrong; None where there is no scene.
+        The readable part, for further checks by the caller; None if there is no scene.
     """
     source = Path(path)
     try:
@@ -120,10 +120,10 @@ def read_study(
 
 
 def _meant(name: str, value: Value, names: Sequence[str]) -> str | None:
-    """Which name of a study was meant; a table that is like no other one holds fields."""
+    """Name of a study that was probably meant; an unknown table is taken to hold fields."""
     if not isinstance(value, Mapping):
         return closest(name, names)
-    tables = [one for one in _OF_FIELDS if one in names]
+    tables = [table for table in _OF_FIELDS if table in names]
     return f"[{closest(name, (*tables, 'set', 'scatter')) or tables[0]}]"
 
 
@@ -147,9 +147,9 @@ def _table(data: Mapping[str, Value], name: str, problems: list[Problem]) -> Tab
 
 
 def flat_fields(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    """Fields by dotted key, however the file nests them.
+    """Fields by dotted key, for any nesting in the file.
 
-    A table that is empty, a range, a distribution, or what a field of a scene takes is a value.
+    A table that is empty, a range, a distribution, or the value of a field of a scene counts as a value.
     """
     for name, value in table.items():
         key = f"{path}.{name}" if path else name
@@ -160,7 +160,7 @@ def flat_fields(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[st
 
 
 def _nests(key: str, value: Mapping[str, Value]) -> bool:
-    """Whether a table holds fields or tables of a scene under its key, be they misspelt."""
+    """Whether a table holds fields or tables of a scene under its key, even misspelt ones."""
     is_field = any(key in schema.rules for schema in SCHEMAS.values())
     return not (is_field or set(value) <= _RANGE or _DISTRIBUTION in value)
 
@@ -173,27 +173,27 @@ def _lists(table: Mapping[str, Value], problems: list[Problem]) -> dict[str, lis
             if values is not None:
                 found[key] = values
         elif isinstance(value, list):
-            found[key] = [_or_none(key, one) for one in value]
+            found[key] = [_or_none(key, item) for item in value]
         else:
-            found[key] = value  # told with everything else that is no list
+            found[key] = value  # reported with all other entries that are no list
     return found
 
 
 def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> list[Value] | None:
     allowed = "a list of values, or {from = ..., to = ..., count = ...}: numbers at equal distances"
     numbers: list[Value] = [value.get("from"), value.get("to")]
-    plain = all(is_number(one) and abs(one) <= float_info.max for one in numbers)
+    plain = all(is_number(number) and abs(number) <= float_info.max for number in numbers)
     count = value.get("count")
     whole = is_whole(count) and 1 <= count <= _MOST_VALUES
     if set(value) != _RANGE or not plain or not whole:
         fix = f"give from, to and count (a whole number, 1 to {_MOST_VALUES})"
         problems.append(Problem(f"vary.{key}", shown(dict(value)), allowed, fix))
         return None
-    return [float(one) for one in np.linspace(float(numbers[0]), float(numbers[1]), int(str(count)))]
+    return [float(number) for number in np.linspace(float(numbers[0]), float(numbers[1]), int(str(count)))]
 
 
 def _or_none(key: str, value: Value) -> Value:
-    """The value, or None for the word that removes a table or field which takes no such text."""
+    """The value, or None for the word that removes a table or a field that takes no such text."""
     if value != _REMOVED:
         return value
     takes = any(key in schema.rules and schema.rules[key].apply(key, value)[1] is None for schema in SCHEMAS.values())
@@ -208,9 +208,9 @@ def _scene(source: Path, name: object, changes: Table, problems: list[Problem]) 
         )
         return None
     beside = source.parent / name
-    place = str(beside) if name not in shipped_scenes() and beside.exists() else name
+    source_name = str(beside) if name not in shipped_scenes() and beside.exists() else name
     try:
-        scene = load_scene(place, check=geometric_problems)
+        scene = load_scene(source_name, check=geometric_problems)
         return scene.replace(changes) if changes else scene
     except SceneError as error:
         problems += error.problems

@@ -1,6 +1,6 @@
 """Varied fields of a scene: all combinations of lists, lists side by side, or a table of samples.
 
-Every list is looked at before anything runs, and all that is wrong is told at once.
+Every list is checked before anything runs, and all faults are reported at once.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ COMBINATIONS = ("grid", "zip")
 SAMPLE = "sample"
 
 Varied = "Mapping[str, Sequence[object]] | DataFrame"
-"""Lists of values by dotted key, or a table with a column a field and a row a scene."""
+"""Lists of values by dotted key, or a table with a column for each field and a row for each scene."""
 
 _MOST_SHOWN = 20
 _GIVE_LIST = "a list of one or more values"
@@ -47,9 +47,9 @@ class Axis:
     key : str
         Dotted key of the field, or of a table.
     name : str
-        In the dataset.
+        Name in the dataset.
     values : tuple
-        As the scene takes them; None removes the field.
+        Values of the scene; None removes the field.
     labels : array
         Numbers, or text.
     """
@@ -68,7 +68,7 @@ class Variation:
     ----------
     axes : tuple of Axis
     grid : bool
-        Whether all combinations are meant, so that every axis is a dimension; otherwise values stand side by side.
+        Whether all combinations are solved, so that every axis is a dimension; otherwise values are side by side.
     samples : array
         Labels of the dimension `sample`; unused for a grid.
     """
@@ -93,7 +93,7 @@ class Variation:
         return prod(self.shape)
 
     def changes(self) -> Iterator[Table]:
-        """Fields of each scene, in the order in which arrays hold them."""
+        """Fields of each scene, in the order of arrays."""
         for index in np.ndindex(self.shape):
             places = index if self.grid else index * len(self.axes)
             yield {axis.key: axis.values[k] for axis, k in zip(self.axes, places, strict=True)}
@@ -114,7 +114,7 @@ def read_variation(scene: Scene, vary: Mapping[str, Sequence[object]] | DataFram
     Raises
     ------
     SceneError
-        With everything that is wrong.
+        With all faults.
     """
     problems: list[Problem] = []
     if combine not in COMBINATIONS:
@@ -174,7 +174,7 @@ def _column(frame: Value, k: int, name: str, problems: list[Problem]) -> list[Va
 
 
 def _values(key: str, raw: object, problems: list[Problem]) -> list[Value]:
-    """The values of a list; a problem and none where there is no list."""
+    """The values of a list; none, and a problem, if there is no list."""
     if isinstance(raw, np.ndarray) or hasattr(raw, "to_numpy"):
         array = np.asarray(raw)
         raw = array.tolist() if array.ndim else array.item()
@@ -188,7 +188,7 @@ def _values(key: str, raw: object, problems: list[Problem]) -> list[Value]:
 
 
 def _schemas(scene: Scene, lists: Mapping[str, list[Value]]) -> list[Schema]:
-    """Fields that the scenes may have: of the scene's kind of gear pair, and of those that are varied."""
+    """Schemas of the scene's kind of gear pair, and of varied kinds."""
     kinds = [kind for kind in lists.get("gear_pair.type", ()) if isinstance(kind, str) and kind in SCHEMAS]
     return list(dict.fromkeys([schema_of_scene(scene), *(SCHEMAS[kind] for kind in kinds)]))
 
@@ -196,16 +196,16 @@ def _schemas(scene: Scene, lists: Mapping[str, list[Value]]) -> list[Schema]:
 def _read(
     scene: Scene, schemas: Sequence[Schema], key: str, values: list[Value], problems: list[Problem]
 ) -> list[Value]:
-    """Values as the scene keeps them, each by itself; those of tables as they are."""
-    schema = next((one for one in schemas if key and (key in one.rules or key in one.tables)), None)
+    """Checked values of a field, each by itself; those of tables unchanged."""
+    schema = next((kind for kind in schemas if key and (key in kind.rules or key in kind.tables)), None)
     if schema is None:
         problems += edited(scene, {key: values[0] if values else ""})[1]
         return []
     found = []
     for k, raw in enumerate(values):
         value, wrong = _read_one(scene, schema, key, raw)
-        place = f"entry {k + 1} of {len(values)}"
-        problems += [Problem(p.field, p.value, p.allowed, f"{place}: {p.fix}" if p.fix else place) for p in wrong]
+        entry = f"entry {k + 1} of {len(values)}"
+        problems += [Problem(p.field, p.value, p.allowed, f"{entry}: {p.fix}" if p.fix else entry) for p in wrong]
         found.append(value)
     return found
 
@@ -213,7 +213,7 @@ def _read(
 def _read_one(scene: Scene, schema: Schema, key: str, raw: Value) -> tuple[Value, list[Problem]]:
     if raw is None:
         needed = key in schema.required and not key.startswith(("wear.", "effects."))
-        wrong = [Problem(key, None, schema.rules[key].allowed, "every scene needs one")] if needed else []
+        wrong = [Problem(key, None, schema.rules[key].allowed, "every scene needs a value")] if needed else []
         return None, wrong
     if key in schema.rules:
         value, problem = schema.rules[key].apply(key, raw)
@@ -223,7 +223,7 @@ def _read_one(scene: Scene, schema: Schema, key: str, raw: Value) -> tuple[Value
 
 
 def _require_apart(lists: Mapping[str, object], problems: list[Problem]) -> None:
-    """Refuse a field that lies in a table that is varied as well."""
+    """Refuse a field of a table that is varied, too."""
     for key in lists:
         outer = next((other for other in lists if key.startswith(f"{other}.")), None)
         if outer is not None:
@@ -237,7 +237,7 @@ def _require_no_repeats(
     for key, values in read.items():
         first: dict[str, int] = {}
         for k, (raw, value) in enumerate(zip(lists[key], values, strict=bool(values))):
-            if value is None and raw is not None:  # refused as it is
+            if value is None and raw is not None:  # refused already
                 continue
             earlier = first.setdefault(_label(value), k)
             if earlier < k:
@@ -248,9 +248,9 @@ def _require_no_repeats(
 def _require_equal_lengths(lists: Mapping[str, Sequence[object]], problems: list[Problem]) -> None:
     lengths = {key: len(values) for key, values in lists.items() if values}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{key}: {length}" for key, length in lengths.items())
+        listed = ", ".join(f"{key}: {length}" for key, length in lengths.items())
         fix = 'give as many values of each, or combine="grid" for all combinations'
-        problems.append(Problem("vary", told, "lists of one length, taken side by side", fix))
+        problems.append(Problem("vary", listed, "lists of one length, taken side by side", fix))
 
 
 def _first(problems: list[Problem]) -> list[Problem]:
@@ -262,24 +262,24 @@ def _first(problems: list[Problem]) -> list[Problem]:
 
 
 def _labels(values: Sequence[Value]) -> np.ndarray:
-    """Coordinate of a dimension: numbers where all values are, else text."""
+    """Coordinate of a dimension: numbers if all values are, else text."""
     if all(is_number(value) for value in values):
         return np.array(values)
     return np.array([_label(value) for value in values], dtype=np.str_)
 
 
 def _label(value: Value) -> str:
-    """A value as text: as a scene file writes it, text without quotes."""
+    """A value as in a scene file, text without quotes."""
     if value is None:
         return "none"
     if isinstance(value, str):
         return value
     if hasattr(value, "__dataclass_fields__"):
-        value = {name: one for name in value.__dataclass_fields__ if (one := getattr(value, name)) is not None}
+        value = {name: own for name in value.__dataclass_fields__ if (own := getattr(value, name)) is not None}
     return write_toml({"value": _plain(value)}, inline=("value",)).strip().removeprefix("value = ")
 
 
 def _plain(value: Value) -> Value:
     if isinstance(value, Mapping):
-        return {name: _plain(one) for name, one in value.items() if one is not None}
+        return {name: _plain(own) for name, own in value.items() if own is not None}
     return value

@@ -184,7 +184,7 @@ def test_slices_at_just_the_near_distance_are_near(one, other, steps):
         for i in range(first, stop)
         for j in range(i, min(i + steps + 1, stop))
     ]
-    assert list(zip(found.one.tolist(), found.other.tolist(), strict=True)) == expected
+    assert list(zip(found.first.tolist(), found.second.tolist(), strict=True)) == expected
     assert all(part.size == len(expected) for part in found)
 
 

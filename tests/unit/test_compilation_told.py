@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from semiwear.commands.progress_bar import ProgressBar
 from semiwear.console import notes_on_standard_error
-from semiwear.kernel_cache import njit, telling_of_compilation
+from semiwear.kernel_cache import njit, on_first_compilation
 
 
 def kernels():
@@ -15,7 +15,7 @@ def kernels():
 def test_compiling_is_told_once():
     told: list[str] = []
     one, other = kernels()
-    with telling_of_compilation(lambda: told.append("compiles")):
+    with on_first_compilation(lambda: told.append("compiles")):
         assert not told
         assert (one(1.0), other(1.0)) == (2.0, 3.0)
     assert told == ["compiles"]
@@ -25,7 +25,7 @@ def test_kernels_that_are_there_are_not_told():
     told: list[str] = []
     one, other = kernels()
     one(1.0)
-    with telling_of_compilation(lambda: told.append("compiles")):
+    with on_first_compilation(lambda: told.append("compiles")):
         one(1.0)
     other(1.0)  # outside: nobody is told
     assert told == []

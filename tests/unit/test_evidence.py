@@ -87,7 +87,7 @@ class NormalNoise(FlankNoise):
     MEAN = np.array([0.3, -0.5, 0.2])
     COVARIANCE = np.array([[0.5, 0.3, 0.0], [0.3, 0.8, -0.2], [0.0, -0.2, 0.4]])
 
-    def told(self, logits):
+    def conditional(self, logits):
         density = multivariate_normal(self.MEAN, self.COVARIANCE).logpdf(logits)
         return float(density), logits, np.diag([1.0, 2.0, 3.0]), float(np.exp(logits[0]))
 
@@ -114,7 +114,7 @@ def test_draws_stand_for_the_density_that_they_are_not_drawn_from() -> None:
 class BentNoise(FlankNoise):
     """A density of logits far from normal: the second lies about a parabola of the first."""
 
-    def told(self, logits):
+    def conditional(self, logits):
         bent = norm.logpdf(logits[1], 0.3 * logits[0] ** 2, 0.5)
         density = norm.logpdf(logits[0], 0.0, 1.5) + bent + norm.logpdf(logits[2], 0.0, 1.0)
         return float(density), logits, np.eye(3), 1.0
@@ -214,5 +214,5 @@ def test_density_of_noise_is_the_restricted_likelihood() -> None:
         return float(-0.5 * (sum(logs) + (P.size - every.shape[1]) * np.log(squares)) + prior)
 
     one, other = np.array([-1.0, 0.5, 0.2]), np.array([2.0, -0.7, 1.0])
-    told = flank.told(one)[0] - flank.told(other)[0]
+    told = flank.conditional(one)[0] - flank.conditional(other)[0]
     assert told == pytest.approx(directly(one) - directly(other), rel=1e-8)

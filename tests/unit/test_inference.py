@@ -13,7 +13,7 @@ import semiwear as sw
 from semiwear.cli import main
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import PointGrid, write_point_grid
-from semiwear.inference.apart import not_told_apart
+from semiwear.inference.apart import undetermined_fields
 from semiwear.inference.observations import _without_holes
 from semiwear.inference.run import _same_levels, plan_inference
 from semiwear.inference.unknowns import CUT, Unknown
@@ -104,7 +104,7 @@ def test_a_reading_that_says_nothing_leaves_the_prior(solved):
     assert scatter < 0.15
     assert np.std(np.log(found.of(K))) == pytest.approx(np.sqrt(np.log(1.25)), rel=scatter)
     assert found.of(TORQUE).std() == pytest.approx(100.0, rel=scatter)
-    assert len(found.not_told_apart) == 2 and all("hardly told" in line for line in found.not_told_apart)
+    assert len(found.not_told_apart) == 2 and all("hardly determined" in line for line in found.not_told_apart)
 
 
 def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved):
@@ -112,8 +112,8 @@ def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved
     product = found.of(K) * found.of(TORQUE)
     assert product.std() / product.mean() < 0.01 and found.of(TORQUE).std() / 1600.0 > 0.08
     told = "\n".join(found.not_told_apart)
-    assert "cannot be told apart" in told and "pinion_torque_Nm^1.0" in told
-    assert told in str(found).replace("\n    ", " ") or "cannot be told apart" in str(found)
+    assert "cannot be distinguished" in told and "pinion_torque_Nm^1.0" in told
+    assert told in str(found).replace("\n    ", " ") or "cannot be distinguished" in str(found)
 
 
 def test_an_unworn_reading_says_nothing_of_wear(solved):
@@ -212,7 +212,7 @@ def test_fields_that_go_together_by_differences():
     first = random.standard_normal(500)
     pair = [Unknown("x.offset_mm", sw.Normal(0, 1)), Unknown("x.angle_mrad", sw.Normal(0, 1))]
     values = np.column_stack([first, -first + 0.1 * random.standard_normal(500)])
-    (line,) = not_told_apart(pair, values, np.array([0.5, 0.5]))
+    (line,) = undetermined_fields(pair, values, np.array([0.5, 0.5]))
     assert "together rather than apart" in line and "-1.00" in line and "mm" in line
 
 
@@ -360,13 +360,13 @@ def test_a_study_file(solved, tmp_path, monkeypatch, capsys):
     (tmp_path / "curve.csv").write_text("\n".join(["mesh_position,error_arcsec,uncertainty_arcsec", *lines]))
     assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--report", "page.html"]) == 0
     told = capsys.readouterr().out
-    assert "cannot be told apart" in told and "page.html" in told
+    assert "cannot be distinguished" in told and "page.html" in told
     with xr.open_dataset("draws.nc") as draws:
         assert draws["pinion_torque_Nm"].attrs["field"] == TORQUE and draws.sizes["draw"] > 1000
         axes = posterior_corner(draws)
         assert len(axes) == 4 and not axes[1].get_visible()
     page = (tmp_path / "page.html").read_text()
-    for part in ("What is not told apart", "Transmission error at 4 mesh positions", "scene SHA-256"):
+    for part in ("Undetermined fields", "Transmission error at 4 mesh positions", "scene SHA-256"):
         assert part in page
 
 

@@ -22,7 +22,7 @@ from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
 from semiwear.ratings.mode import life_exponent
 from semiwear.ratings.pitting import PitchPoint, Pitting, pitting_curve
-from semiwear.results.rating_errors import told_with_errors
+from semiwear.results.rating_errors import safety_and_life_errors
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.screen_ratings import nearness
 from tests.scenes import problems_of
@@ -409,13 +409,13 @@ def test_errors_of_safeties_and_lives_follow_from_those_of_the_run():
     ratings = tree["ratings"].to_dataset().drop_vars(["safety_error", "meshes_to_failure_error"])
     diagnostics = tree["diagnostics"].to_dataset()
     estimates = diagnostics.assign_coords(quantity=["safety_pitting", "safety_bending"])
-    found = told_with_errors(ratings, estimates)
+    found = safety_and_life_errors(ratings, estimates)
     safety, life = ratings.safety.values, ratings.meshes_to_failure.values[0]
     assert found["safety_error"] == pytest.approx([0.004 * safety[0].max(), 0.02 * safety[1].max()])
     changed = 2.5 * found["safety_error"][0] / ratings.required_safety.values[0]
     assert found["meshes_to_failure_error"][0] == pytest.approx(changed * life)
     assert np.isnan(found["meshes_to_failure_error"][1]).all()
-    assert told_with_errors(ratings, diagnostics.drop_vars("error_estimate")) == {}
+    assert safety_and_life_errors(ratings, diagnostics.drop_vars("error_estimate")) == {}
 
 
 @pytest.mark.parametrize("stress", [1600.0, 1475.0])

@@ -267,7 +267,7 @@ def test_indices_tell_what_matters(solved):
         (
             {TORQUE: sw.Normal(1600, 1), OFFSET: sw.Uniform(0, 1), K: sw.LogNormal(1e-13, 0.5)},
             {"correlation": {(TORQUE, OFFSET): 0.9, (TORQUE, K): 0.9, (OFFSET, K): -0.9}},
-            ["correlations that can be together"],
+            ["correlations that are compatible"],
         ),
     ],
 )
