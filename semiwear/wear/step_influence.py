@@ -3,7 +3,7 @@
 A step's loads are not known before the wear that they cause. Loads that are foreseen wear the flanks in cycles, and
 each footprint is kept, averaged over the cycles. The wear of the step is linear in its loads then: no footprint is
 found again while they are searched for. Loads far from the foreseen ones find their footprints in the same shapes of
-the flanks.
+the flanks. Under a load spectrum every torque has footprints of its own width, and all of them wear the same shapes.
 
 In cycle c of n the flanks wear by what they would on a shape ahead of its start, which the wear w of the cycle before
 foretells:
@@ -17,7 +17,8 @@ order; a_c = 0 errs in second order. All weights are positive: wear never shrink
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from semiwear.wear.footprint_rows import FootprintRows, rows_of
 from semiwear.wear.swept_line import EdgeShares, Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import Worn
 
-__all__ = ["Cycles", "CyclesTo", "StepInfluence", "followed"]
+__all__ = ["Cycles", "CyclesTo", "SpreadLoad", "StepInfluence", "followed", "mean_mesh"]
 
 
 class Cycles(NamedTuple):
@@ -52,6 +53,25 @@ class Cycles(NamedTuple):
 
 CyclesTo = Cycles | Callable[[Worn], Cycles]
 """Cycles, or those of a step that would leave these flanks if the shape of its start held."""
+
+
+class SpreadLoad(NamedTuple):
+    """Line loads whose footprints are equally wide.
+
+    Attributes
+    ----------
+    teeth : LoadedTeeth
+        With the footprints that spread them.
+    line_load : (roll, face) array [N/mm]
+        On the fine roll grid.
+    share : float
+        Of the meshes.
+    """
+
+    teeth: LoadedTeeth
+    line_load: FloatArray
+    share: float = 1.0
+
 
 _LIKE = 3.0  # times the line load whose footprint is kept: a greater one has another
 _SOME = 4  # shapes of the flanks in which that one is found: so few loads are so far from what was foreseen
@@ -75,6 +95,10 @@ class StepInfluence:
         Lengths of the cycles; their sum is the number of cycles.
     driven, driving : FootprintRows
         Footprints on each flank, summed over the cycles; None for a driving flank that does not wear.
+    share : float
+        Of the meshes, that have these line loads.
+    others : sequence of StepInfluence
+        Of the other meshes, whose footprints have other widths, in the same cycles.
     """
 
     teeth: LoadedTeeth
@@ -85,6 +109,13 @@ class StepInfluence:
     parts: Sequence[float]
     driven: FootprintRows
     driving: FootprintRows | None = None
+    share: float = 1.0
+    others: Sequence[StepInfluence] = ()
+
+    @property
+    def widths(self) -> Sequence[StepInfluence]:
+        """Influences by the width of footprints, each with its own line loads and share."""
+        return (self, *self.others)
 
     @property
     def start(self) -> Worn:
@@ -100,13 +131,15 @@ class StepInfluence:
         before, after = self.shapes[cycle : cycle + 2]
         return after if weight == 1.0 else before.towards(weight, after)
 
-    def differs_from(self, line_load: FloatArray) -> float:
-        """Share of line loads, (roll, face) [N/mm], by which they differ from those that were followed."""
-        total = float(line_load.sum())  # none where a law leaves no wear, which needs no footprints
-        return float(np.abs(line_load - self.line_load).sum()) / total if total > 0.0 else 0.0
+    def differs_from(self, line_loads: Sequence[FloatArray]) -> float:
+        """Share of line loads, (roll, face) [N/mm] by width, by which they differ from those that were followed."""
+        pairs = list(zip(self.widths, line_loads, strict=True))
+        total = sum(own.share * float(one.sum()) for own, one in pairs)
+        apart = sum(own.share * float(np.abs(one - own.line_load).sum()) for own, one in pairs)
+        return apart / total if total > 0.0 else 0.0  # none where a law leaves no wear, which needs no footprints
 
     def mesh(self, line_load: FloatArray, slices: IntArray) -> tuple[Worn, FloatArray]:
-        """Sum of p |v_s| dt over one mesh under these line loads, (roll, face) [N/mm], on both flanks.
+        """Sum of p |v_s| dt over one mesh under line loads with footprints of this width, on both flanks.
 
         Parameters
         ----------
@@ -149,10 +182,9 @@ class StepInfluence:
 
 
 def followed(
-    teeth: LoadedTeeth,
+    spread: Sequence[SpreadLoad],
     motion: Sweep,
     worn: Worn,
-    line_load: FloatArray,
     after: Callable[[Worn, Worn, float], Worn],
     cycles: CyclesTo,
 ) -> StepInfluence:
@@ -160,20 +192,24 @@ def followed(
 
     Parameters
     ----------
-    teeth : LoadedTeeth
+    spread : sequence of SpreadLoad
     motion : Sweep
         Of the fine roll grid.
     worn : Worn
         At the start.
-    line_load : (roll, face) array [N/mm]
-        On the fine roll grid.
     after : callable
         From wear depths, the sum of p |v_s| dt over one mesh and a share of the step to the depths after it.
     cycles : Cycles or callable
         As in `CyclesTo`.
     """
-    passes = _Passes(teeth, motion, line_load, np.arange(teeth.grid.face.size), keep=True)
-    mesh, _ = passes.over(worn, worn)
+    slices = np.arange(spread[0].teeth.grid.face.size)
+    passes = [_Passes(one.teeth, motion, one.line_load, slices, keep=True) for one in spread]
+
+    def over(met: Worn, before: Worn, part: float = 1.0) -> Worn:
+        meshes = [one.over(met, before, part)[0] for one in passes]
+        return mean_mesh(meshes, [one.share for one in spread])
+
+    mesh = over(worn, worn)
     if callable(cycles):
         cycles = cycles(after(worn, mesh, 1.0))
     number, parts, shapes, met = cycles.number, _parts(cycles.number), [worn], [worn]
@@ -182,11 +218,22 @@ def followed(
         shapes.append(after(shapes[-1], mesh, 1.0 / number))  # all but the last one are whole
         ahead = cycles.ahead * (0.5 * part + late)
         met.append(after(shapes[-1], mesh, ahead / number) if ahead else shapes[-1])
-        mesh, _ = passes.over(met[-1], met[-2], part)
+        mesh = over(met[-1], met[-2], part)
     shapes.append(after(shapes[-1], mesh, parts[-1] / number))
-    driving, driven = passes.rows
-    assert driven is not None
-    return StepInfluence(teeth, motion, line_load, shapes, met, parts, driven, driving)
+    found: list[StepInfluence] = []
+    for own, one in zip(passes, spread, strict=True):
+        driving, driven = own.rows
+        assert driven is not None
+        found.append(StepInfluence(one.teeth, motion, one.line_load, shapes, met, parts, driven, driving, one.share))
+    return replace(found[0], others=found[1:])
+
+
+def mean_mesh(meshes: Sequence[Worn], shares: Sequence[float]) -> Worn:
+    """Mean over the meshes of what they wear, from that of each kind and their shares."""
+    if len(meshes) == 1:
+        return meshes[0]
+    none = meshes[0].plus(-1.0, meshes[0])
+    return reduce(lambda total, one: total.plus(*one), zip(shares, meshes, strict=True), none)
 
 
 @dataclass

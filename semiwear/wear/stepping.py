@@ -29,7 +29,7 @@ from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.depth_search import next_trial, positions_at
-from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WeightedLoads, driving_wear_at, line_load_of
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WeightedLoads, by_width, driving_wear_at
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.step_influence import Cycles, CyclesTo, StepInfluence
 from semiwear.wear.swept_line import Sweep, sweep, worn_sweep
@@ -85,7 +85,8 @@ class WearStepper:
     hold : float, optional
         Share of an implicit step after which the loads are those that hold over it; by its depth unless given.
     spreading : LoadedTeeth, optional
-        The teeth with the footprints that spread the wear of all load cases; `teeth` unless given.
+        With footprints that spread as far as those of all load cases together, which say how the contact moves and
+        how deep it reaches; `teeth` unless given. Every load case wears with footprints of its own width.
     """
 
     teeth: LoadedTeeth
@@ -363,9 +364,8 @@ class _Step:
         if self.teeth.smooth and not self.settled:  # before own wear was corrected; no limit in smooth results
             return False
         assert self.influence is not None
-        return (
-            self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles.number <= _FORESEEN_TO
-        )
+        found = [one.line_load for one in by_width(self.spreading, self.weighted_loads(loads))]
+        return self.influence.differs_from(found) * self.cycles.number <= _FORESEEN_TO
 
     def _cycles_to(self, worn: Worn, *, roughly: bool = False) -> Cycles:
         """Cycles of a step that would leave these flanks, if the shape of its start held.
