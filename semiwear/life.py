@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import inf, isfinite, log, nan
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.plan import Plan, plan
 from semiwear.scene import Scene
+from semiwear.scene.effects import RunLife
 from semiwear.wear.step_count import SEARCH_STEPS, life_steps_for_depth, steps_of_life
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
@@ -33,6 +34,7 @@ ReportStep = Callable[[int, int, str], None]
 """Called with the number of steps done, their total, and a description."""
 
 _WEAR = "wear"  # end of a life that no failure mode ends
+_ENDLESS = 1e30  # meshes after which a flank that wears no further is rated once more
 _TORQUE_CHANGE = 0.05  # to either side: the grid's resolution of the greatest depth is 0.2 % of the life
 _TOLERANCE = 1e-5  # of the limit
 _ITERATIONS = 40
@@ -49,16 +51,20 @@ class Life:
     limit : float [mm]
         Greatest wear depth at its end.
     meshes : float
-        Engagements of one gear tooth until then.
+        Engagements of one gear tooth until then; infinite where the flank wears no further before.
     hours : float or None
         Running time; None where the scene gives no speed.
     sensitivity_to_wear_coefficient : float
         Relative change of the life over that of the wear coefficients of both bodies together. Exactly -1: wear
-        depends on the product of coefficient and meshes, and every law is a factor on that product.
+        depends on the product of coefficient and meshes, and every law is a factor on that product. NaN of a life
+        without end.
     sensitivity_to_torque : float
-        Relative change of the life over that of the torque, or of all torques of a spectrum together.
+        Relative change of the life over that of the torque, or of all torques of a spectrum together; NaN likewise.
     states : tuple of WearState
-        From unworn flanks to the limit, after the steps of the search.
+        From unworn flanks to the limit, after the steps of the search; on flanks that wear no further, a last one
+        after practically endless meshes.
+    endless : str
+        Reason why the life has no end; empty if it has one.
     """
 
     limit: float
@@ -67,6 +73,7 @@ class Life:
     sensitivity_to_wear_coefficient: float
     sensitivity_to_torque: float
     states: tuple[WearState, ...] = ()
+    endless: str = ""
 
 
 def life_group(
@@ -85,21 +92,29 @@ def life_group(
     Raises
     ------
     ConvergenceError
-        As `find_life`.
+        As `find_life`. `EndlessWearError` where nothing ends the life: the flank wears no further before the limit,
+        and no failure mode is to end it, or does.
     """
     if physics.scene.effects.run_life is None:
         return {}
     with physics.clock.measure("run_life"):
         life = find_life(physics, teeth, stepper, report)
     ended = _end_of(physics, stepper, life) if physics.scene.effects.run_life.ends_at == "first_failure" else {}
+    if life.endless and not (ended and isfinite(ended["meshes_to_end"])):
+        raise EndlessWearError(life.endless, life=True)
     arrays = {
         "depth_limit": np.asarray(1e3 * life.limit),
-        "meshes_to_limit": np.asarray(life.meshes),
+        "meshes_to_limit": np.asarray(_known(life.meshes)),
         "sensitivity_to_wear_coefficient": np.asarray(life.sensitivity_to_wear_coefficient),
         "sensitivity_to_torque": np.asarray(life.sensitivity_to_torque),
     }
-    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(life.hours)}
+    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(_known(life.hours))}
     return arrays | ended
+
+
+def _known(life: float) -> float:
+    """A life as a result holds it: NaN without end, of which the schema says why."""
+    return life if isfinite(life) else nan
 
 
 def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.ndarray]:
@@ -117,13 +132,12 @@ def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.nda
 
 
 def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: ReportStep | None = None) -> Life:
-    """The life defined by `[effects.run_life]`; `report` as in `life_group`.
+    """The life defined by `[effects.run_life]`; `report` as in `life_group`. Without end where wear stops before.
 
     Raises
     ------
     ConvergenceError
-        If the flank cannot be worn to the limit, with reason and remedy. `EndlessWearError` if the flank wears no
-        further, so that its life is endless.
+        If the flank cannot be worn to the limit, with reason and remedy.
     """
     scene = physics.scene
     table = scene.effects.run_life
@@ -131,11 +145,15 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: R
     body, limit = BODIES.index(table.body), 1e-3 * table.depth_limit_um
     count = life_steps_for_depth(limit, teeth.pair.base_pitch)
     counter = _Counter(report, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
-    path = None
+    per_mesh = hours_per_mesh(scene, teeth.pair)
     try:
         counter.part("", count + SEARCH_STEPS)
         path = _path_to(replace(stepper, implicit=True), body, limit, None, counter)
         counter.finish_part()
+        if path.endless:
+            states = *path.states, replace(path.states[-1], meshes=_ENDLESS)
+            hours = None if per_mesh is None else inf
+            return Life(limit, inf, hours, nan, nan, states, _without_life(table, path.endless))
         factors = (1.0 - _TORQUE_CHANGE, 1.0 + _TORQUE_CHANGE)
         # the same steps at other torques, so that their errors cancel in the difference
         lives = []
@@ -145,16 +163,17 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: R
             counter.finish_part()
         low, high = lives
     except ConvergenceError as error:
-        message = (
-            f"[effects.run_life] finds no life of the {table.body} until {table.depth_limit_um:g} um: {error}; for "
-            "the life, lower effects.run_life.depth_limit_um"
-        )
-        if path is None and isinstance(error, EndlessWearError):
-            raise EndlessWearError(message, life=True) from error
-        raise ConvergenceError(message) from error
-    meshes, per_mesh = sum(path.lengths), hours_per_mesh(scene, teeth.pair)
+        raise ConvergenceError(_without_life(table, error)) from error
+    meshes = sum(path.lengths)
     hours = None if per_mesh is None else meshes * per_mesh
     return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]), tuple(path.states))
+
+
+def _without_life(table: RunLife, reason: object) -> str:
+    return (
+        f"[effects.run_life] finds no life of the {table.body} until {table.depth_limit_um:g} um: {reason}; for the "
+        "life, lower effects.run_life.depth_limit_um"
+    )
 
 
 def hours_per_mesh(scene: Scene, pair: FlankPair) -> float | None:
@@ -182,9 +201,9 @@ def step_lengths_to(
     Raises
     ------
     ConvergenceError
-        If the flank stops wearing before the limit.
+        If the flank loses its load before the limit. `EndlessWearError` where it wears no further.
     """
-    return _path_to(stepper, body, limit, lengths, _Counter(None, 0, "")).lengths
+    return _ended(_path_to(stepper, body, limit, lengths, _Counter(None, 0, ""))).lengths
 
 
 class _Counter:
@@ -217,11 +236,21 @@ class _Counter:
 
 @dataclass(frozen=True)
 class _Path:
-    """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and their states."""
+    """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and their states.
+
+    `endless` gives the reason if the flank wears no further before the limit.
+    """
 
     lengths: list[float]
     rate: float
     states: list[WearState]
+    endless: str = ""
+
+
+def _ended(path: _Path) -> _Path:
+    if path.endless:
+        raise EndlessWearError(path.endless)
+    return path
 
 
 def _path_to(
@@ -239,7 +268,8 @@ def _path_to(
     steps = len(lengths) if lengths is not None else life_steps_for_depth(limit, stepper.teeth.pair.base_pitch)
     rate = limit / sum(lengths) if lengths is not None else _greatest(worn(state, 1.0), body)
     for k in range(1, steps):
-        _must_wear(rate, body, now, limit)
+        if rate <= 0.0:
+            break
         length = lengths[k - 1] if lengths is not None else (limit * k / steps - now) / rate
         ahead = worn(state, length)
         depth = _greatest(ahead, body)
@@ -249,7 +279,8 @@ def _path_to(
         state, now = ahead, depth
         taken.append(length)
         passed.append(state)
-    _must_wear(rate, body, now, limit)
+    if rate <= 0.0:
+        return _Path(taken, 0.0, passed, _stopped(body, now, limit))
     depths = [(0.0, now)]
 
     tried: dict[float, WearState] = {}
@@ -259,7 +290,10 @@ def _path_to(
         depths.append((length, _greatest(tried[length], body)))
         return depths[-1][1] - limit
 
-    last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
+    try:
+        last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
+    except EndlessWearError as error:
+        return _Path(taken, 0.0, [*passed, *(tried[length] for length in sorted(tried))], str(error))
     # slope at the end: between the last length and the one before, or one whose depth differs by more than a jump
     length_1, depth_1 = depths[-1]
     jumped = abs(depth_1 - limit) > _TOLERANCE * limit
@@ -281,7 +315,7 @@ def _life_along(stepper: WearStepper, body: int, limit: float, path: _Path, fact
         count.step()
     missed = limit - _greatest(state, body)
     if abs(missed) > _NEAR * limit:
-        return sum(_path_to(stepper, body, limit, lengths, count).lengths)
+        return sum(_ended(_path_to(stepper, body, limit, lengths, count)).lengths)
     return sum(lengths) + missed / (factor * path.rate)
 
 
@@ -291,12 +325,11 @@ def _greatest(state: WearState, body: int) -> float:
     return 0.0 if worn is None else float(worn.max())
 
 
-def _must_wear(rate: float, body: int, now: float, limit: float) -> None:
-    if rate <= 0.0:
-        raise EndlessWearError(
-            f"the {BODIES[body]} wears no further at {1e3 * now:.4g} um of {1e3 * limit:.4g} um: its wear "
-            "coefficient is 0 there, or a film carries all load"
-        )
+def _stopped(body: int, now: float, limit: float) -> str:
+    return (
+        f"the {BODIES[body]} wears no further at {1e3 * now:.4g} um of {1e3 * limit:.4g} um: its wear coefficient is "
+        "0 there, or a film carries all load"
+    )
 
 
 def _under(physics: Plan, factor: float) -> WearStepper:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isnan
+
 import numpy as np
 import xarray as xr
 
@@ -65,6 +67,12 @@ def life_sentence(tree: xr.DataTree) -> str:
     body, deeper = life_bodies(tree)
     of = f" on the {body}" if body else ""
     warned = f'; the {deeper} wears deeper: limit it by effects.run_life.body = "{deeper}"' if deeper else ""
+    if isnan(found["meshes_to_limit"]):
+        ended_by = str(found["ended_by"].values).replace("_", " ")
+        return (
+            f"life until {float(found['depth_limit']):g} um{of}: without end, the flank wears no further before; "
+            f"{ended_by} ends it after {float(found['meshes_to_end']):.4g} meshes{warned}"
+        )
     hours = f" ({float(found['hours_to_limit']):.4g} h)" if "hours_to_limit" in found else ""
     return (
         f"life until {float(found['depth_limit']):g} um{of}: {float(found['meshes_to_limit']):.4g} meshes{hours}; "

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from math import exp, log, sqrt
+from math import exp, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.emulator import LEAST_RUNS, emulator_of
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.unknowns import Unknowns
@@ -17,7 +17,7 @@ from semiwear.measured.life_spread import MOST_SCATTER, log_deviation, quantiles
 from semiwear.plain_text import folded
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, is_whole, shown
-from semiwear.sweep.outcome import Status
+from semiwear.sweep.outcome import Status, has_numbers
 from semiwear.sweep.run import crew_of, sweep
 from semiwear.untyped import Value
 
@@ -41,7 +41,8 @@ class PosteriorLife:
     body : str
     depth_limit : float [um]
     meshes : array (draw,)
-        Engagements of one gear tooth.
+        Engagements of one gear tooth; infinite where the flank wears no further before the depth. Then only the
+        solved draws are given, since lives without end cannot be emulated.
     error : float
         Of emulated lives, relative; 95 % of solved ones are within it. 0 if none was emulated.
     k_scatter : float
@@ -58,7 +59,7 @@ class PosteriorLife:
     hours_per_mesh: FloatArray | None
 
     def quantile(self, share: float) -> float:
-        """Meshes before which the depth is reached with a probability; 0.1 for the life B10.
+        """Meshes before which the depth is reached with a probability; 0.1 for the life B10, infinite without end.
 
         Raises
         ------
@@ -66,7 +67,7 @@ class PosteriorLife:
             For a probability not between 0 and 1.
         """
         require_share(share)
-        return float(np.quantile(self.meshes, share))
+        return _quantile(self.meshes, share)
 
     def hours(self, share: float) -> float | None:
         """Running time [h] before which the depth is reached with a probability; None where no speed is given.
@@ -77,11 +78,14 @@ class PosteriorLife:
             For a probability not between 0 and 1.
         """
         require_share(share)
-        return None if self.hours_per_mesh is None else float(np.quantile(self.meshes * self.hours_per_mesh, share))
+        return None if self.hours_per_mesh is None else _quantile(self.meshes * self.hours_per_mesh, share)
 
     def __str__(self) -> str:
         quantiles = quantiles_told(self.quantile, self.hours)
         error = f"; emulated lives are within {100.0 * self.error:.2g} %" if self.error else ""
+        endless = int(np.isinf(self.meshes).sum())
+        if endless:
+            error = f"; of {self.meshes.size} solved lives {endless} have no end, and none is emulated"
         scatter = (
             f"; k scatters by {100.0 * self.k_scatter:.0f} % from part to part"
             if self.k_scatter
@@ -128,27 +132,41 @@ def life_of(
         scene.replace(changes), table or {"effects.run_life.depth_limit_um": [depth]}, measure="life", combine="zip",
         store=store, progress=progress, workers=workers, client=client,
     )  # fmt: skip
-    good = found["status"].values == Status.DONE
-    if good.mean() < 0.9:
-        reasons = "; ".join(dict.fromkeys(str(message) for message in found["message"].values[~good]))
-        raise SemiwearError(f"{int((~good).sum())} of {good.size} lives cannot be found: {reasons}")
-    lives = found["meshes_to_limit"].values[good]
-    logs, error = np.full(values.shape[0], log(lives[0])), 0.0
-    if unknowns.solved:
-        inputs = unknowns.inputs(values)
-        middle, spread = inputs.mean(axis=0), np.maximum(inputs.std(axis=0), 1e-12)
-        scaled = (inputs - middle) / (2.0 * spread)
-        emulator = emulator_of(scaled[chosen][good], np.log(lives))
-        logs, error = emulator.at(scaled), exp(emulator.error) - 1.0
-    per_mesh = None
-    if "hours_to_limit" in found:
-        first = int(chosen[good][0])
-        per_mesh = found["hours_to_limit"].values[good][0] / lives[0] * _slower(unknowns, values, first)
+    status = found["status"].values
+    ends, good = status == Status.DONE, has_numbers(status)
+    if good.mean() < 0.9 or not ends.any():
+        failed = ~good if ends.any() else ~ends
+        reasons = "; ".join(dict.fromkeys(str(message) for message in found["message"].values[failed]))
+        raise SemiwearError(f"{int(failed.sum())} of {good.size} lives cannot be found: {reasons}")
+    lives = found["meshes_to_limit"].values
     parts = np.random.default_rng(0).standard_normal(values.shape[0])
     # both the measured pair and the next one are samples of the scatter
-    scatter = sqrt(2.0) * log_deviation(k_scatter) * parts
-    meshes = np.exp(logs + scatter) / unknowns.stretch(values)
-    return PosteriorLife(body, float(depth), meshes, error, float(k_scatter), per_mesh)
+    shorter = unknowns.stretch(values) / np.exp(sqrt(2.0) * log_deviation(k_scatter) * parts)
+    if not ends[good].all():
+        rows, known, error = chosen[good], lives[good], 0.0
+    else:
+        rows = np.arange(values.shape[0])
+        known, error = _emulated(unknowns.inputs(values), chosen[good], lives[good])
+    per_mesh, first = None, int(np.argmax(ends))
+    if "hours_to_limit" in found:
+        hours = found["hours_to_limit"].values[first] / lives[first]
+        per_mesh = hours * _slower(unknowns, values, int(chosen[first]))[rows]
+    return PosteriorLife(body, float(depth), known / shorter[rows], error, float(k_scatter), per_mesh)
+
+
+def _emulated(inputs: FloatArray, solved: IntArray, lives: FloatArray) -> tuple[FloatArray, float]:
+    """Lives of all draws from their inputs, (draw, field), and the solved ones; and their relative error."""
+    if not inputs.shape[1]:
+        return np.full(inputs.shape[0], lives[0]), 0.0
+    middle, spread = inputs.mean(axis=0), np.maximum(inputs.std(axis=0), 1e-12)
+    scaled = (inputs - middle) / (2.0 * spread)
+    emulator = emulator_of(scaled[solved], np.log(lives))
+    return np.exp(emulator.at(scaled)), exp(emulator.error) - 1.0
+
+
+def _quantile(lives: FloatArray, share: float) -> float:
+    # no interpolation between a finite life and one without end
+    return float(np.quantile(lives, share, method="linear" if np.isfinite(lives).all() else "inverted_cdf"))
 
 
 def _slower(unknowns: Unknowns, values: FloatArray, draw: int) -> FloatArray:

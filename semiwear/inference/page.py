@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -167,7 +168,7 @@ def _lives(lives: Sequence[PosteriorLife]) -> str:
 
 def _draw_life(life: PosteriorLife, axes: list[Axes]) -> None:
     (ax,) = axes
-    ax.hist(life.meshes, bins=40, color=_COLOUR, alpha=0.8)
-    for share in QUANTILES:
-        ax.axvline(life.quantile(share), color=_LINE, lw=1.0)
+    ax.hist(life.meshes[np.isfinite(life.meshes)], bins=40, color=_COLOUR, alpha=0.8)
+    for place in filter(isfinite, map(life.quantile, QUANTILES)):
+        ax.axvline(place, color=_LINE, lw=1.0)
     ax.set(xlabel="Meshes", ylabel="Draws")

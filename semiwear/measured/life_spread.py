@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import exp, log, sqrt
+from math import exp, isfinite, log, sqrt
 
 import numpy as np
 from scipy.stats import norm
@@ -58,9 +58,10 @@ def quantiles_told(quantile: Callable[[float], float], hours: Callable[[float], 
     """B10, median and B90 in words: quantiles of meshes, and of running time [h] where that is known."""
     parts = []
     for share in QUANTILES:
-        time = hours(share)
+        meshes, time = quantile(share), hours(share)
         told = "" if time is None else f" ({time:.4g} h)"
-        parts.append(f"B{100 * share:.0f} {quantile(share):.4g} meshes{told}")
+        told = f"{meshes:.4g} meshes{told}" if isfinite(meshes) else "without end"
+        parts.append(f"B{100 * share:.0f} {told}")
     return ", ".join(parts)
 
 

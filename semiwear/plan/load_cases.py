@@ -60,7 +60,7 @@ class WearingTorques:
 
     @property
     def mean_half_width(self) -> float:
-        """Half-width that spreads the wear of all torques [mm].
+        """Half-width that spreads as far as those of all torques together [mm].
 
         Its square is the mean of the squares under all torques, over the wear that each causes: that of their sum.
         """

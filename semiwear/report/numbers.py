@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isnan
 
 import numpy as np
 import xarray as xr
@@ -72,9 +73,12 @@ def life_numbers(tree: xr.DataTree) -> list[Number]:
     if "meshes_to_limit" not in told:
         return []
     life = {str(name): float(value) for name, value in told.data_vars.items() if value.dtype.kind == "f"}
-    meshes = f"{figure_text(life['meshes_to_limit'])} meshes"
+    endless = isnan(life["meshes_to_limit"])
+    meshes = "without end" if endless else f"{figure_text(life['meshes_to_limit'])} meshes"
     meaning = "of a gear tooth; the scene gives no speed, so no hours"
-    if "hours_to_limit" in life:
+    if endless:
+        meaning = "the flank wears no further before"
+    elif "hours_to_limit" in life:
         meaning = f"{meshes} of a gear tooth"
         meshes = f"{figure_text(life['hours_to_limit'])} h"
     ended_by = str(told["ended_by"].values) if "ended_by" in told else "wear"

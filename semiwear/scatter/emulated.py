@@ -84,7 +84,10 @@ def emulated_samples(
 
 def _require_ends(found: xr.Dataset) -> None:
     """Refuse lives without end, which an emulator of the others cannot predict."""
-    count = int((found["status"].values == Status.ENDLESS).sum())
+    endless = found["status"].values == Status.ENDLESS
+    for _, values in quantities_of(found):  # also of lives that another failure ends
+        endless |= np.isinf(values)
+    count = int(endless.sum())
     if count:
         raise SemiwearError(
             f"emulate: {count} of {found.sizes['sample']} solved samples wear no further, and their lives have no "

@@ -26,6 +26,7 @@ from semiwear.threads import using_threads
 
 __all__ = ["Outcome", "Status", "has_numbers", "solve", "solve_on_one_thread"]
 
+_TO_LIMIT = "/life/meshes_to_limit", "/life/hours_to_limit"
 _one_at_a_time = threading.Lock()  # solvers reuse their work space
 
 
@@ -81,7 +82,7 @@ def solve(task: Task) -> Outcome:
     begin = time.perf_counter()
     with _one_at_a_time:
         try:
-            measured = _life(task) if _is_life(task) else read_off(_simulated(task), task.measure)
+            measured = _with_endless(_life(task) if _is_life(task) else read_off(_simulated(task), task.measure))
         except SceneError as error:
             reasons = "; ".join(str(problem) for problem in error.problems)
             return Outcome(task.key, Status.REFUSED, reasons, time.perf_counter() - begin)
@@ -116,11 +117,20 @@ def _endless(task: Task, error: EndlessWearError) -> Measured:
         # under an accuracy it may be a pilot's run that stopped
         whole = error.result if scene.numerics.accuracy is None else None
         kept = Measured() if whole is None else read_off(whole, measure)
-        timed = () if scene.operation.pinion_speed_rpm is None else ("/life/hours_to_limit",)
-        never = {path for path in ("/life/meshes_to_limit", *timed) if path in measure.variables}
+        life = scene.effects.run_life
+        ends = ("limit", "end") if life is not None and life.ends_at == "first_failure" else ("limit",)
+        units = ("meshes",) if scene.operation.pinion_speed_rpm is None else ("meshes", "hours")
+        never = {f"/life/{unit}_to_{end}" for unit in units for end in ends} & set(measure.variables)
     else:
         kept, never = Measured(), {MESHES}
     return replace(kept, variables=kept.variables | {path: np.asarray(np.inf) for path in sorted(never)})
+
+
+def _with_endless(measured: Measured) -> Measured:
+    """Numbers in which a life that no wear ends, but a failure mode does, is infinite as far as wear goes."""
+    known = measured.variables
+    never = {path: np.asarray(np.inf) for path in _TO_LIMIT if path in known and np.isnan(known[path])}
+    return replace(measured, variables=known | never)
 
 
 def _is_life(task: Task) -> bool:

@@ -198,7 +198,7 @@ class CaseStep:
     def weighted(self, loads: TeethLoads) -> WeightedLoads:
         """Loads with the weight of the case in the wear."""
         weight = self.case.share if self.factor is None else self.case.share * self.factor
-        return WeightedLoads(self.case.teeth, loads, weight)
+        return WeightedLoads(self.case.teeth, loads, weight, self.case.share)
 
 
 def _load_weight(force: FloatArray, least: float) -> FloatArray:

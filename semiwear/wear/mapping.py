@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.step_influence import CyclesTo, StepInfluence, followed
+from semiwear.wear.step_influence import CyclesTo, SpreadLoad, StepInfluence, followed, mean_mesh
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import WearMultipliers, Worn
 
@@ -33,6 +34,7 @@ __all__ = [
     "InterpolatedWear",
     "MarchedWear",
     "WeightedLoads",
+    "by_width",
     "driving_wear_at",
     "line_load_of",
 ]
@@ -52,15 +54,18 @@ class WeightedLoads:
     loads : TeethLoads
     weight : float, or (roll, face) array
         Share of the meshes, times the factor on the wear coefficient where it varies.
+    share : float
+        Share of the meshes.
     """
 
     teeth: LoadedTeeth
     loads: TeethLoads
     weight: float | FloatArray = 1.0
+    share: float = 1.0
 
 
 def line_load_of(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
-    """Line load on the fine roll grid, averaged over the load cases, which share one shape of footprints."""
+    """Line load on the fine roll grid, averaged over the load cases."""
     parts = [
         case.teeth.on_fine_rolls(case.teeth.problem.line_load(case.loads) * case.weight) for case in weighted_loads
     ]
@@ -68,6 +73,20 @@ def line_load_of(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
     for part in parts[1:]:
         total = total + part
     return total
+
+
+def by_width(teeth: LoadedTeeth, weighted_loads: Sequence[WeightedLoads]) -> Sequence[SpreadLoad]:
+    """Mean line loads of the load cases by the width of their footprints; on `teeth` if there is a single width."""
+    widths: dict[float, list[WeightedLoads]] = {}
+    for case in weighted_loads:
+        widths.setdefault(case.teeth.half_width, []).append(case)
+    if len(widths) == 1:
+        return [SpreadLoad(teeth, line_load_of(weighted_loads))]
+    shares = [sum(case.share for case in cases) for cases in widths.values()]
+    return [
+        SpreadLoad(cases[0].teeth, line_load_of(cases) / share, share)
+        for cases, share in zip(widths.values(), shares, strict=True)
+    ]
 
 
 def _swept(
@@ -106,7 +125,7 @@ class InterpolatedWear:
     ) -> FloatArray:
         """Sum of p |v_s| dt over one mesh on some slices of the driven flank, (face, profile) [N/mm]."""
         removed = teeth.removed(*worn, slices)
-        return _swept(teeth, motion, removed, line_load_of(weighted_loads), slices)
+        return _mean(by_width(teeth, weighted_loads), lambda own, load: _swept(own, motion, removed, load, slices))
 
     def followed(
         self,
@@ -122,7 +141,7 @@ class InterpolatedWear:
         def after(before: Worn, mesh: Worn, share: float) -> Worn:
             return self._after(before, mesh, multipliers, share)
 
-        return followed(teeth, motion, worn, line_load_of(weighted_loads), after, cycles)
+        return followed(by_width(teeth, weighted_loads), motion, worn, after, cycles)
 
     def worn(
         self,
@@ -139,7 +158,10 @@ class InterpolatedWear:
         on_edges : (body,) array [mm^3]
             Volume worn off beyond the nodes of each flank in these slices, off the roundings of edges.
         """
-        mesh, taken = influence.mesh(line_load_of(weighted_loads), slices)
+        spread, shares = by_width(influence.teeth, weighted_loads), [own.share for own in influence.widths]
+        meshes = [own.mesh(load.line_load, slices) for own, load in zip(influence.widths, spread, strict=True)]
+        mesh = mean_mesh([mesh for mesh, _ in meshes], shares)
+        taken = reduce(np.add, [share * own for share, (_, own) in zip(shares, meshes, strict=True)])
         on_edges = np.zeros(len(BODIES))
         on_edges[DRIVEN] = multipliers.driven * taken[DRIVEN, 1]
         on_edges[DRIVING] = multipliers.driving * taken[DRIVING, 1]
@@ -199,20 +221,23 @@ class MarchedWear:
         """As `InterpolatedWear.worn`; a single cycle is a plain explicit step."""
         teeth, motion, worn = influence.teeth, influence.motion, influence.start
         chosen, multiplier = _chosen(teeth, slices), multipliers.driven
-        mesh, beyond = _marched(weighted_loads, chosen)
-        marched, on_edges = wear_depth(multiplier, mesh), np.zeros(len(BODIES))
+        pressed, beyond = _marched(weighted_loads, chosen)
+        marched, on_edges = wear_depth(multiplier, pressed), np.zeros(len(BODIES))
         on_edges[DRIVEN] = multiplier * beyond
         if len(influence.parts) == 1:
             return Worn(worn.driven + marched), on_edges
         swept, swept_on_edges = self.swept.worn(influence, weighted_loads, multipliers, slices)
-        removed, line_load, taken = teeth.removed(*worn), line_load_of(weighted_loads), np.zeros(2)
-        rest = marched - wear_depth(multiplier, _swept(teeth, motion, removed, line_load, slices, taken))
-        on_edges[DRIVEN] += swept_on_edges[DRIVEN] - multiplier * taken[1]
-        # damp the difference where either the cells or the footprints are in contact
-        unit = np.where(
-            line_load > 0.0, 2.0 * teeth.half_width, 0.0
-        )  # mean pressure of 1: gives the sliding distance
-        slid = np.maximum(_slid(weighted_loads, chosen), _swept(teeth, motion, removed, unit, slices))
+        removed, mesh = teeth.removed(*worn), np.zeros_like(marched)
+        slid = _slid(weighted_loads, chosen)
+        for own, line_load, share in by_width(teeth, weighted_loads):
+            taken = np.zeros(2)
+            mesh = mesh + share * _swept(own, motion, removed, line_load, slices, taken)
+            swept_on_edges[DRIVEN] -= multiplier * share * taken[1]
+            # damp the difference where either the cells or the footprints are in contact
+            unit = np.where(line_load > 0.0, 2.0 * own.half_width, 0.0)  # mean pressure of 1: the sliding distance
+            slid = np.maximum(slid, _swept(own, motion, removed, unit, slices))
+        on_edges[DRIVEN] += swept_on_edges[DRIVEN]
+        rest = marched - wear_depth(multiplier, mesh)
         stiffness = 0.5 * multiplier * teeth.problem.modulus * slid
         area = flank_area(teeth.pair, DRIVEN, teeth.grid)
         depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, area, chosen)
@@ -226,8 +251,18 @@ def driving_wear_at(
     assert teeth.driving is not None
     slices = teeth.driving.beside(slices)
     removed = teeth.removed(*worn, slices)
-    arguments = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
-    return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *arguments)[0]
+
+    def own(of_width: LoadedTeeth, line_load: FloatArray) -> FloatArray:
+        assert of_width.driving is not None
+        arguments = (motion, line_load, of_width.half_width, of_width.problem.modulus, slices)
+        return wear_of_both_flanks(of_width.fine, of_width.grid, of_width.driving, removed, *arguments)[0]
+
+    return _mean(by_width(teeth, weighted_loads), own)
+
+
+def _mean(spread: Sequence[SpreadLoad], mesh: Callable[[LoadedTeeth, FloatArray], FloatArray]) -> FloatArray:
+    """Mean of `mesh` over the footprints of all widths, weighted by their shares of the meshes."""
+    return reduce(np.add, [load.share * mesh(load.teeth, load.line_load) for load in spread])
 
 
 def _cells(case: WeightedLoads) -> PatchCells:

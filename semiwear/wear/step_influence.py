@@ -3,7 +3,8 @@
 The loads of a step depend on the wear that they cause. Predicted loads wear the flanks in n cycles, and the footprint
 of every loaded slice is kept, averaged over the cycles. The wear of the step is then a linear function of its loads,
 and no footprint is found again while the loads are iterated. Loads far above the predicted ones get footprints of
-their own on the same sequence of worn flanks.
+their own on the same sequence of worn flanks. Under a load spectrum every torque has footprints of its own width, and
+all of them wear the same flanks.
 
 In cycle c the footprints are found on flanks ahead of the start of the cycle, extrapolated with the wear w of the
 previous cycle:
@@ -17,7 +18,8 @@ is of third order; with a_c = 0 it is of second order. All weights are positive:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +34,7 @@ from semiwear.wear.footprint_rows import FootprintRows, rows_of
 from semiwear.wear.swept_line import EdgeShares, Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import Worn
 
-__all__ = ["Cycles", "CyclesTo", "StepInfluence", "followed"]
+__all__ = ["Cycles", "CyclesTo", "SpreadLoad", "StepInfluence", "followed", "mean_mesh"]
 
 
 class Cycles(NamedTuple):
@@ -52,6 +54,25 @@ class Cycles(NamedTuple):
 
 CyclesTo = Cycles | Callable[[Worn], Cycles]
 """Cycles, or a function that chooses them from the wear depths that a single cycle would leave."""
+
+
+class SpreadLoad(NamedTuple):
+    """Line loads with footprints of one width.
+
+    Attributes
+    ----------
+    teeth : LoadedTeeth
+        With the half-width of these footprints.
+    line_load : (roll, face) array [N/mm]
+        On the fine roll grid.
+    share : float
+        Share of the meshes.
+    """
+
+    teeth: LoadedTeeth
+    line_load: FloatArray
+    share: float = 1.0
+
 
 _MOST_SCALED = 3.0  # line load over the predicted one up to which its footprint is used
 _EXTRA_CYCLES = 4  # in which footprints of greater loads are found; few loads are so far from the prediction
@@ -75,6 +96,10 @@ class StepInfluence:
         Lengths of the cycles; their sum is the number of cycles.
     driven, driving : FootprintRows
         Footprints on each flank, summed over the cycles; None for a driving flank that does not wear.
+    share : float
+        Share of the meshes with these line loads.
+    others : sequence of StepInfluence
+        Influences of the other meshes, with footprints of other widths, over the same cycles.
     """
 
     teeth: LoadedTeeth
@@ -85,6 +110,13 @@ class StepInfluence:
     parts: Sequence[float]
     driven: FootprintRows
     driving: FootprintRows | None = None
+    share: float = 1.0
+    others: Sequence[StepInfluence] = ()
+
+    @property
+    def widths(self) -> Sequence[StepInfluence]:
+        """Influences of all widths of footprints, each with its own line loads and share."""
+        return (self, *self.others)
 
     @property
     def start(self) -> Worn:
@@ -100,13 +132,15 @@ class StepInfluence:
         before, after = self.shapes[cycle : cycle + 2]
         return after if weight == 1.0 else before.towards(weight, after)
 
-    def differs_from(self, line_load: FloatArray) -> float:
-        """Relative difference of line loads, (roll, face) [N/mm], from the predicted ones."""
-        total = float(line_load.sum())  # weighted by a wear law, and so zero where the law leaves no wear
-        return float(np.abs(line_load - self.line_load).sum()) / total if total > 0.0 else 0.0
+    def differs_from(self, line_loads: Sequence[FloatArray]) -> float:
+        """Relative difference of line loads, (roll, face) [N/mm] for each width, from the predicted ones."""
+        pairs = list(zip(self.widths, line_loads, strict=True))
+        total = sum(own.share * float(load.sum()) for own, load in pairs)
+        difference = sum(own.share * float(np.abs(load - own.line_load).sum()) for own, load in pairs)
+        return difference / total if total > 0.0 else 0.0  # loads are weighted by wear laws, which may leave no wear
 
     def mesh(self, line_load: FloatArray, slices: IntArray) -> tuple[Worn, FloatArray]:
-        """Sum of p |v_s| dt over one mesh under these line loads, (roll, face) [N/mm], on both flanks.
+        """Sum of p |v_s| dt over one mesh under line loads with footprints of this width, on both flanks.
 
         Parameters
         ----------
@@ -149,10 +183,9 @@ class StepInfluence:
 
 
 def followed(
-    teeth: LoadedTeeth,
+    spread: Sequence[SpreadLoad],
     motion: Sweep,
     worn: Worn,
-    line_load: FloatArray,
     after: Callable[[Worn, Worn, float], Worn],
     cycles: CyclesTo,
 ) -> StepInfluence:
@@ -160,20 +193,24 @@ def followed(
 
     Parameters
     ----------
-    teeth : LoadedTeeth
+    spread : sequence of SpreadLoad
     motion : Sweep
         On the fine roll grid.
     worn : Worn
         Wear depths at the start.
-    line_load : (roll, face) array [N/mm]
-        On the fine roll grid.
     after : callable
         From wear depths, the sum of p |v_s| dt over one mesh and a share of the step to the depths after it.
     cycles : Cycles or callable
         As in `CyclesTo`.
     """
-    meshes = _MeshWear(teeth, motion, line_load, np.arange(teeth.grid.face.size), keep=True)
-    mesh, _ = meshes.over(worn, worn)
+    slices = np.arange(spread[0].teeth.grid.face.size)
+    of_widths = [_MeshWear(load.teeth, motion, load.line_load, slices, keep=True) for load in spread]
+
+    def mesh_over(met: Worn, before: Worn, part: float = 1.0) -> Worn:
+        meshes = [own.over(met, before, part)[0] for own in of_widths]
+        return mean_mesh(meshes, [load.share for load in spread])
+
+    mesh = mesh_over(worn, worn)
     if callable(cycles):
         cycles = cycles(after(worn, mesh, 1.0))
     number, parts, shapes, met = cycles.number, _parts(cycles.number), [worn], [worn]
@@ -182,11 +219,24 @@ def followed(
         shapes.append(after(shapes[-1], mesh, 1.0 / number))  # only the last cycle may be shorter
         ahead = cycles.ahead * (0.5 * part + late)
         met.append(after(shapes[-1], mesh, ahead / number) if ahead else shapes[-1])
-        mesh, _ = meshes.over(met[-1], met[-2], part)
+        mesh = mesh_over(met[-1], met[-2], part)
     shapes.append(after(shapes[-1], mesh, parts[-1] / number))
-    driving, driven = meshes.rows
-    assert driven is not None
-    return StepInfluence(teeth, motion, line_load, shapes, met, parts, driven, driving)
+    influences: list[StepInfluence] = []
+    for own, load in zip(of_widths, spread, strict=True):
+        driving, driven = own.rows
+        assert driven is not None
+        influences.append(
+            StepInfluence(load.teeth, motion, load.line_load, shapes, met, parts, driven, driving, load.share)
+        )
+    return replace(influences[0], others=influences[1:])
+
+
+def mean_mesh(meshes: Sequence[Worn], shares: Sequence[float]) -> Worn:
+    """Mean of the wear of meshes with footprints of different widths, weighted by their shares."""
+    if len(meshes) == 1:
+        return meshes[0]
+    zero = meshes[0].plus(-1.0, meshes[0])
+    return reduce(lambda total, pair: total.plus(*pair), zip(shares, meshes, strict=True), zero)
 
 
 @dataclass

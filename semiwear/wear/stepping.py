@@ -31,7 +31,7 @@ from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.depth_search import next_trial, positions_at
-from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WeightedLoads, driving_wear_at, line_load_of
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WeightedLoads, by_width, driving_wear_at
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.step_influence import Cycles, CyclesTo, StepInfluence
 from semiwear.wear.swept_line import Sweep, sweep, worn_sweep
@@ -90,7 +90,8 @@ class WearStepper:
     theta : float, optional
         Share of an implicit step after which its loads are solved; by default it follows from the depth of the step.
     spreading : LoadedTeeth, optional
-        The teeth with the footprints on which the wear of all load cases is deposited; by default `teeth`.
+        Teeth with footprints of a mean width of all load cases, by which the contact moves and cycles are counted; by
+        default `teeth`. Every load case wears with footprints of its own width.
     """
 
     teeth: LoadedTeeth
@@ -371,10 +372,8 @@ class _Step:
         if self.teeth.smooth and not self.settled:  # wear compliance not yet corrected; no limit for smooth results
             return False
         assert self.influence is not None
-        return (
-            self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles.number
-            <= _MOST_DEVIATION
-        )
+        line_loads = [load.line_load for load in by_width(self.spreading, self.weighted_loads(loads))]
+        return self.influence.differs_from(line_loads) * self.cycles.number <= _MOST_DEVIATION
 
     def _cycles_to(self, worn: Worn, *, roughly: bool = False) -> Cycles:
         """Cycles of a step that would leave these wear depths with the contact geometry of its start.

@@ -7,14 +7,16 @@ from importlib import import_module
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.errors import ConvergenceError, SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, EndlessWearError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import PointGrid, write_point_grid
 from semiwear.inference.apart import undetermined_fields
 from semiwear.inference.observations import _without_holes
+from semiwear.inference.page import _draw_life
 from semiwear.inference.run import _same_levels, plan_inference
 from semiwear.inference.unknowns import CUT, Unknown
 from semiwear.measured.comparison import grid_of
@@ -23,6 +25,7 @@ from semiwear.measured.predicted import FlankReading
 from semiwear.measured.quantities import labelled
 from semiwear.measured.rigid import Displacement
 from semiwear.plot.posterior import posterior_corner
+from semiwear.plot.style import styled
 from semiwear.sweep.measure import Measured
 from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
 from tests.strategies.measured import displaced, grid_on
@@ -186,6 +189,30 @@ def test_hours_of_a_life_are_at_the_speed_of_each_draw(solved, monkeypatch, unkn
     assert f"meshes ({np.quantile(hours, 0.5):.4g} h)" in str(lives)
     with pytest.raises(SceneError, match="share"):
         lives.hours(1.0)
+
+
+def test_lives_without_end_outlive_all_others(solved, monkeypatch):
+    """Half of the torques wear no further before the depth: so many lives are infinite, the others as they were."""
+
+    def life(task):
+        torque = task.scene.operation.pinion_torque_Nm
+        if torque < 1600.0:
+            raise EndlessWearError("the gear wears no further", life=True)
+        return Measured({"/life/meshes_to_limit": np.array(MESHES * 1600.0 / torque)})
+
+    monkeypatch.setattr(outcome, "_life", life)
+    found = infer({TORQUE: sw.Normal(1600, 100)}, amplitude(8.0, 1e3))
+    lives = found.life(20.0, crew=0, runs=64)
+    finite = np.isfinite(lives.meshes)
+    assert lives.meshes.size == 64 and 0.3 < finite.mean() < 0.7
+    torques = found.of(TORQUE)
+    np.testing.assert_allclose(np.quantile(torques, 0.9), 1600.0 * MESHES / lives.quantile(0.1), rtol=0.02)
+    assert lives.quantile(0.9) == np.inf
+    assert f"of 64 solved lives {64 - finite.sum()} have no end" in str(lives) and "B90 without end" in str(lives)
+    with styled():
+        _draw_life(lives, [Figure().subplots()])
+    with pytest.raises(SemiwearError, match="32 of 32 lives cannot be found: the gear wears no further"):
+        infer({TORQUE: sw.Uniform(1000, 1590)}, amplitude(8.0, 1e3)).life(20.0, crew=0)
 
 
 # ---------------------------------------------------------------------- parts

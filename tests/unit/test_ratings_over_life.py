@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
-from semiwear.errors import SceneError
+from semiwear.errors import EndlessWearError, SceneError
 from semiwear.life import Life, life_group
 from semiwear.plan import Plan, plan
 from semiwear.ratings.bending import bending_curve
@@ -377,6 +377,31 @@ def test_a_life_ends_at_the_first_failure():
     strong = life | {"effects.pitting.required_safety": 0.1, "effects.bending.required_safety": 0.1}
     told = sw.simulate(SMALL.replace(strong))["life"].to_dataset()
     assert str(told.ended_by.values) == "wear" and float(told.meshes_to_end) == float(told.meshes_to_limit)
+
+
+FILM = {"effects.lubrication": {"roughness_um": 0.05}, "effects.wear_law.lubrication": {"full_film_lambda": 1.0}}
+
+
+def test_a_flank_that_wears_no_further_lives_until_another_failure():
+    """A film carries all load: pitting ends the life when the unworn contact has the required safety."""
+    scene = SMALL.replace(FILM | {"effects.run_life": {"depth_limit_um": 4.0, "ends_at": "first_failure"}})
+
+    def life(**changes):
+        physics = plan(scene.replace({f"effects.{key}": value for key, value in changes.items()}))
+        teeth = physics.loaded_teeth()
+        return life_group(physics, teeth, physics.wear_stepper(teeth))
+
+    told = life()
+    end = float(told["meshes_to_end"])
+    assert str(told["ended_by"]) == "pitting" and float(told["hours_to_end"]) == pytest.approx(end * 1.5 / 9e4)
+    assert np.isnan([told[name] for name in ("meshes_to_limit", "hours_to_limit", "sensitivity_to_torque")]).all()
+    safety = sw.loaded_contact(scene.replace({"effects.run_life": None}), meshes=end)["ratings"].safety
+    assert float(safety.sel(mode="pitting").min()) == pytest.approx(1.0, abs=1e-4)
+    assert float(safety.sel(mode="bending").min()) > 1.0
+    with pytest.raises(EndlessWearError, match="wears no further at 0 um of 4 um"):
+        life(run_life={"depth_limit_um": 4.0})
+    with pytest.raises(EndlessWearError, match="wears no further"):
+        life(pitting=PITTING | {"required_safety": 0.1}, bending=BENDING | {"required_safety": 0.1})
 
 
 def test_a_life_is_ended_by_the_first_of_all_modes_and_bodies(monkeypatch):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 import semiwear as sw
+from semiwear.commands.wear_table import life_sentence
 from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.pairs import flank_pair
@@ -212,6 +213,15 @@ def test_the_life_says_what_ends_it_earlier(ended_by, earlier):
     ((title, value, meaning),) = life_numbers(tree)
     assert (title, value) == ("Life until 50 µm of wear", "1200 h") and "8.00·10⁹ meshes of a gear tooth" in meaning
     assert ("pitting ends it earlier, after 2.00·10⁹ meshes" in meaning) == earlier
+
+
+def test_a_life_that_no_wear_ends_is_told_without_end():
+    life = {"depth_limit": 50.0, "meshes_to_limit": np.nan, "hours_to_limit": np.nan}
+    life |= {"ended_by": "pitting", "meshes_to_end": 2e9, "hours_to_end": 300.0}
+    tree = xr.DataTree.from_dict({"/life": xr.Dataset({name: ((), value) for name, value in life.items()})})
+    ((_, value, meaning),) = life_numbers(tree)
+    assert value == "without end" and "pitting ends it earlier, after 2.00·10⁹ meshes" in meaning
+    assert "without end, the flank wears no further before; pitting ends it after 2e+09 meshes" in life_sentence(tree)
 
 
 def test_large_grids_are_thinned_and_keep_their_ends():

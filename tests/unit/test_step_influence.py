@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,7 +14,7 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
 from semiwear.wear import step_influence
 from semiwear.wear.footprint_rows import no_rows
-from semiwear.wear.step_influence import Cycles, StepInfluence, followed
+from semiwear.wear.step_influence import Cycles, SpreadLoad, StepInfluence, followed, mean_mesh
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh, worn_sweep
 from semiwear.wear.worn import Worn
 from tests.scenes import TINY
@@ -39,7 +39,7 @@ class Case:
     def followed(self, line_load: np.ndarray, cycles: float, ahead: float = 0.0, step: float = STEP) -> StepInfluence:
         """Under these loads."""
         wears = partial(after, step=step)
-        return followed(self.teeth, self.motion, self.worn, line_load, wears, Cycles(cycles, ahead))
+        return followed([SpreadLoad(self.teeth, line_load)], self.motion, self.worn, wears, Cycles(cycles, ahead))
 
     def found(self, line_load: np.ndarray) -> tuple[Worn, np.ndarray]:
         """On the flanks as they are, and what is taken."""
@@ -192,3 +192,22 @@ def test_three_cycles_that_look_ahead_err_less_than_six_that_do_not(case):
 def test_footprints_need_not_be_kept(case):
     rows = no_rows(case.line_load.shape)
     assert rows.amount.size == 0 and (rows.row == -1).all()
+
+
+@pytest.mark.parametrize("cycles", [1.0, 3.0])
+def test_footprints_of_two_widths_wear_the_same_flanks(case, cycles):
+    """Each as by itself, times its share, on shapes that both of them wear; equal widths as one of them alone."""
+    wide, slices = replace(case.teeth, half_width=1.5 * case.teeth.half_width), all_slices(case)
+    load, wears = case.line_load, Cycles(cycles)
+    spread = [SpreadLoad(case.teeth, load, 0.25), SpreadLoad(wide, 0.5 * load, 0.75)]
+    both = followed(spread, case.motion, case.worn, after, wears)
+    meshes = [one.mesh(part.line_load, slices)[0] for one, part in zip(both.widths, spread, strict=True)]
+    close(case.worn.plus(STEP, mean_mesh(meshes, [0.25, 0.75])), both.shapes[-1])
+    assert both.differs_from([load, load]) == pytest.approx(0.375)
+    if cycles == 1.0:
+        for teeth, part, mesh in zip((case.teeth, wide), spread, meshes, strict=True):
+            alone = followed([SpreadLoad(teeth, part.line_load)], case.motion, case.worn, after, wears)
+            close(mesh, alone.mesh(part.line_load, slices)[0])
+        assert np.abs(meshes[0].driven - 2.0 * meshes[1].driven).max() > 0.05 * meshes[0].driven.max()
+    alike = [SpreadLoad(case.teeth, load, share) for share in (0.25, 0.75)]
+    close(followed(alike, case.motion, case.worn, after, wears).shapes[-1], case.followed(load, cycles).shapes[-1])

@@ -23,13 +23,14 @@ from semiwear.results import VARIABLES
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.units import UNITS, unit_of
 from semiwear.sweep.files import open_sweep, write_sweep
-from semiwear.sweep.measure import MESHES, Measure, measure_of, read_off
+from semiwear.sweep.measure import MESHES, Measure, Measured, measure_of, read_off
 from semiwear.sweep.names import short_names
 from semiwear.sweep.scenes import Task, geometry_of, scenes_of, shared_by
 from semiwear.sweep.shares import Shares
 from semiwear.sweep.store import open_store
 from semiwear.sweep.variation import read_variation
 from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
+from tests.strategies.ratings import RATED
 from tests.strategies.results import synthetic_tree
 
 outcome = import_module("semiwear.sweep.outcome")
@@ -510,6 +511,24 @@ def test_a_life_without_end_is_infinite_and_the_run_is_told(solved, monkeypatch,
     assert str(found["message"].values[0]) == "the gear wears no further"
     assert np.isinf(found["meshes_to_limit"][0]) and np.isfinite(found["meshes_to_limit"][1])
     assert np.isfinite(scene_values(found, "root_stress_max")).all()
+
+
+def test_no_failure_at_all_outlives_every_first_failure(solved, monkeypatch):
+    """Wear stops, and no failure mode ends the life: it has no end. One that pitting ends has no end by wear."""
+    path = "/life/meshes_to_"
+    outcomes = {800.0: None, 1600.0: {f"{path}limit": np.nan, f"{path}end": 3e8}}
+
+    def life(task):
+        told = outcomes[task.scene.operation.pinion_torque_Nm]
+        if told is None:
+            raise EndlessWearError("the gear wears no further", life=True)
+        return Measured({name: np.asarray(value) for name, value in told.items()})
+
+    monkeypatch.setattr(outcome, "_life", life)
+    scene = SCENE.replace({"effects.run_life": {"depth_limit_um": 4.0, "ends_at": "first_failure"}, **RATED})
+    found = sw.sweep(scene, {TORQUE: [800, 1600]}, measure="life", workers=0)
+    assert found["meshes_to_end"].values.tolist() == [np.inf, 3e8]
+    assert np.isinf(found["meshes_to_limit"]).all()
 
 
 @pytest.mark.parametrize("last", [False, True])
