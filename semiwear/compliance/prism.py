@@ -38,7 +38,7 @@ from semiwear.compliance.section_elements import (
     mid_surface,
     node_rows,
 )
-from semiwear.compliance.section_mesh import SectionMesh, SectionMeshError, section_mesh, towards_fillet
+from semiwear.compliance.section_mesh import SectionMesh, SectionMeshError, elements_at_root, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
@@ -103,7 +103,7 @@ def prism_section(
     heights: int = 12,
     rack_teeth: int = 21,
     solve_every: bool = False,
-    fillet_elements: int = 8,
+    fillet_elements: int | None = None,
     elements_across: int | None = None,
     elements_below: int | None = None,
     name: str = "tooth section",
@@ -131,11 +131,11 @@ def prism_section(
     solve_every : bool
         Solve every harmonic instead of about fourteen with a spline between them.
     fillet_elements, elements_across, elements_below, name
-        See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small; 5 across it,
-        and more and thinner ones below the surface where the fillet is sharp (`towards_fillet`). These and the
-        heights are spent where they count: the greatest fillet stress is within 1 % of the converged section's with
-        the usual fillets, within 3 % where the tool is not rounded. With six along the fillet, a load within half a
-        millimetre of its upper end leaves a false stress below it, half as high as the true peak.
+        See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small; 8 along the
+        fillet and 5 across the tooth, and more where the fillet is sharp or the rim thin (`elements_at_root`). These
+        and the heights are spent where they count: the greatest fillet stress is within 1 % of the converged
+        section's with the usual fillets, within 3 % where the tool is not rounded. With six along the fillet, a load
+        within half a millimetre of its upper end leaves a false stress below it, half as high as the true peak.
 
     Returns
     -------
@@ -160,13 +160,13 @@ def prism_section(
     _check_numbers(width, youngs_modulus, poissons_ratio, harmonics, rack_teeth)
     if isinstance(section.rim, RingRim) and section.rim.teeth < 6:
         raise SectionMeshError(f"{name}: a ring needs 6 teeth at least, not {section.rim.teeth}")
-    across, towards_surface = towards_fillet(section)
+    wanted = elements_at_root(section)
     mesh = section_mesh(
         section,
         heights=heights,
-        fillet_elements=fillet_elements,
-        elements_across=across if elements_across is None else elements_across,
-        towards_surface=towards_surface,
+        fillet_elements=wanted.along if fillet_elements is None else fillet_elements,
+        elements_across=wanted.across if elements_across is None else elements_across,
+        towards_surface=wanted.growth,
         elements_below=_elements_below(section) if elements_below is None else elements_below,
         name=name,
     )
