@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import floor
 
 import numpy as np
-from scipy.sparse import block_array, coo_matrix, csc_matrix, csr_matrix, hstack
+from scipy.sparse import block_array, coo_matrix, csc_matrix, csr_matrix, diags_array, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
 from semiwear.arrays import FloatArray, IntArray
@@ -103,8 +103,8 @@ class Pitch:
         ... a sparse matrix by columns.
     sides : int
         Number 2 s of side unknowns, in the sides' own axes.
-    observed : int
-        Number R of rows.
+    apart : (R,) array
+        Subtracted from the rows' own diagonal: rows that read the same, as on a thin rim, would make it singular.
     load, deflection, stress : slices
         See `PitchRows`.
     """
@@ -113,7 +113,7 @@ class Pitch:
     places: IntArray
     starts: IntArray
     sides: int
-    observed: int
+    apart: FloatArray
     load: slice
     deflection: slice
     stress: slice
@@ -140,25 +140,28 @@ class Pitch:
         order = np.argsort(symmetric_factor(matrices[0].tocsr()[inner].tocsc()[:, inner], "MMD_AT_PLUS_A").perm_c)
         among = coo_matrix((np.ones(inner.size), (inner[order], np.arange(inner.size))), shape=(size, inner.size))
         turned = hstack([among, _turned(left, -angle, size), _turned(right, angle, size)]).tocsr()
+        stiffness = [turned.T @ (matrix @ turned) for matrix in matrices]
         observed = rows.fixed.shape[0]
         borders = (rows.fixed @ turned, rows.along @ turned, csr_matrix((observed, turned.shape[1])))
+        # what rows read of forces of their own, roughly
+        apart = np.asarray(borders[0].power(2) @ (1.0 / stiffness[0].diagonal()))
         bordered = [
-            block_array([[turned.T @ (matrix @ turned), border.T], [border, None]], format="csc")
-            for matrix, border in zip(matrices, borders, strict=True)
+            block_array([[matrix, border.T], [border, corner]], format="csc")
+            for matrix, border, corner in zip(stiffness, borders, (diags_array(-apart), None, None), strict=True)
         ]
         data, places, starts = _on_one_pattern(bordered)
         sides = 3 * (left.size + right.size)
-        return cls(data, places, starts, sides, observed, rows.load, rows.deflection, rows.stress)
+        return cls(data, places, starts, sides, apart, rows.load, rows.deflection, rows.stress)
 
     def condense(self, k: float) -> Condensed:
         """Eliminate the inner unknowns at a wave number [1/mm]."""
         count, sides = len(self.starts) - 1, self.sides
         values = self.data[0] + k * self.data[1] + k**2 * self.data[2]
         factor = symmetric_factor(csc_matrix((values, self.places, self.starts), shape=(count, count)), "NATURAL")
-        kept = slice(count - sides - self.observed, None)
+        kept = slice(count - sides - self.apart.size, None)
         rest = (factor.L[kept, kept] @ factor.U[kept, kept]).toarray()
         # what the rows send to held sides: by symmetry also what the sides' motion gives the rows
-        sent, own = rest[:sides, sides:], -rest[sides:, sides:][:, self.load]
+        sent, own = rest[:sides, sides:], -(rest[sides:, sides:] + np.diag(self.apart))[:, self.load]
         return Condensed(
             stiffness=rest[:sides, :sides],
             side_load=sent[:, self.load],

@@ -38,7 +38,7 @@ from semiwear.compliance.section_elements import (
     mid_surface,
     node_rows,
 )
-from semiwear.compliance.section_mesh import SectionMesh, SectionMeshError, section_mesh
+from semiwear.compliance.section_mesh import SectionMesh, SectionMeshError, elements_at_root, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
@@ -103,8 +103,8 @@ def prism_section(
     heights: int = 12,
     rack_teeth: int = 21,
     solve_every: bool = False,
-    fillet_elements: int = 8,
-    elements_across: int = 5,
+    fillet_elements: int | None = None,
+    elements_across: int | None = None,
     elements_below: int | None = None,
     name: str = "tooth section",
 ) -> PrismSection:
@@ -131,11 +131,11 @@ def prism_section(
     solve_every : bool
         Solve every harmonic instead of about fourteen with a spline between them.
     fillet_elements, elements_across, elements_below, name
-        See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small. These and
-        the heights are spent where they count: the greatest fillet stress is within 1 % of the converged section's
-        with the usual fillets. Where the tool is rounded by 0.05 modules it is up to 8 % too low. With six along the
-        fillet, a load within half a millimetre of its upper end leaves a false stress below it, half as high as the
-        true peak.
+        See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small; 8 along the
+        fillet and 5 across the tooth, and more where the fillet is sharp or the rim thin (`elements_at_root`). These
+        and the heights are spent where they count: the greatest fillet stress is within 1 % of the converged
+        section's with the usual fillets, within 3 % where the tool is not rounded. With six along the fillet, a load
+        within half a millimetre of its upper end leaves a false stress below it, half as high as the true peak.
 
     Returns
     -------
@@ -150,19 +150,23 @@ def prism_section(
 
     Notes
     -----
-    Two limits. Loads are points of the section, so that stress within about 2 mm of a load depends on the
-    mesh; the lowest height is the end of the fillet itself. And waves shorter than 2 L/(N - 1) are missing:
-    where the mid-surface lies closer to the load than half of that (thin tips), its deflection under a point
-    load is too small, though not under one spread over such a length.
+    Three limits. Loads are points of the section, so that stress within about 2 mm of a load depends on the
+    mesh; the lowest height is the end of the fillet itself, and a load there stresses a fillet much shorter than
+    that as no contact can. Stress grows without limit as a fillet's radius goes to zero: it follows down to a
+    thousandth of the way across, and a sharp corner is refused. And waves shorter than 2 L/(N - 1) are missing:
+    where the mid-surface lies closer to the load than half of that (thin tips), its deflection under a point load
+    is too small, though not under one spread over such a length.
     """
     _check_numbers(width, youngs_modulus, poissons_ratio, harmonics, rack_teeth)
     if isinstance(section.rim, RingRim) and section.rim.teeth < 6:
         raise SectionMeshError(f"{name}: a ring needs 6 teeth at least, not {section.rim.teeth}")
+    wanted = elements_at_root(section)
     mesh = section_mesh(
         section,
         heights=heights,
-        fillet_elements=fillet_elements,
-        elements_across=elements_across,
+        fillet_elements=wanted.along if fillet_elements is None else fillet_elements,
+        elements_across=wanted.across if elements_across is None else elements_across,
+        towards_surface=wanted.growth,
         elements_below=_elements_below(section) if elements_below is None else elements_below,
         name=name,
     )

@@ -160,10 +160,14 @@ def node_rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr
 
 
 def mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Where the inward normals cut the centre line: nodes and their weights (H, 3), points (H, 2)."""
+    """Where the inward normals cut the centre line: nodes and their weights (H, 3), points (H, 2).
+
+    On a thin rim they do not go farther down than to half its thickness: what is held tells no deflection.
+    """
     flank, normal = mesh.nodes[mesh.flank], mesh.flank_normal
     height = mesh.nodes[mesh.centre_line, 1]  # falling
-    cut = np.clip(flank[:, 1] - flank[:, 0] * normal[:, 1] / normal[:, 0], height[-1], height[0])
+    rim = np.linalg.norm(mesh.nodes[mesh.right[0]] - mesh.nodes[mesh.right[-1]])
+    cut = np.clip(flank[:, 1] - flank[:, 0] * normal[:, 1] / normal[:, 0], height[-1] + 0.5 * rim, height[0])
     element = np.clip(np.searchsorted(-height[::2], -cut) - 1, 0, len(height) // 2 - 1)
     local = 2 * element[:, None] + np.arange(3)
     position = (cut - height[local[:, 0]]) / (height[local[:, 2]] - height[local[:, 0]])

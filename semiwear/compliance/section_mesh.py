@@ -23,6 +23,7 @@ so that pitches join node by node.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from skfem import ElementQuad2
@@ -36,19 +37,52 @@ from semiwear.compliance.section_outline import (
     flank_stations,
     foot_height,
     frame_of,
+    least_radius,
     midpoints,
     point_below_tooth,
     root_land,
 )
 from semiwear.geometry.section import ToothSection
 
-__all__ = ["ELEMENT", "SectionMesh", "SectionMeshError", "jacobians", "section_mesh"]
+__all__ = [
+    "ELEMENT",
+    "RootElements",
+    "SectionMesh",
+    "SectionMeshError",
+    "elements_at_root",
+    "jacobians",
+    "section_mesh",
+]
 
 ELEMENT = ElementQuad2()
 """Nine-node quadrilateral: unlike the eight-node one it keeps its order when its edges are curved."""
 
-TOWARDS_SURFACE = 2.0
-"""Exponent by which elements across the half tooth grow from the surface inwards."""
+
+class RootElements(NamedTuple):
+    """Elements that resolve the root of a tooth.
+
+    Attributes
+    ----------
+    along : int
+        Along the fillet (even).
+    across : int
+        Across the half tooth.
+    growth : float
+        Exponent by which those grow from the surface inwards.
+    """
+
+    along: int = 8
+    across: int = 5
+    growth: float = 2.0
+
+
+USUAL = RootElements()
+"""Of fillets that are not sharp, on rims that are not thin."""
+
+_SHARP = 12.0  # fillets with a radius below this part of the way across ask for finer elements at the surface ...
+_SHARPEST = 300.0  # ... but no more when it is below this one
+_SKEW = 1.6  # sideways over down from the fillet to the centre line, where it is more than that of the normal ...
+_MOST_SKEW = 4.0  # ... as a part of this or of the normal's
 
 
 @dataclass(frozen=True)
@@ -92,10 +126,11 @@ def section_mesh(
     section: ToothSection,
     *,
     heights: int = 12,
-    fillet_elements: int = 8,
-    elements_across: int = 5,
+    fillet_elements: int = USUAL.along,
+    elements_across: int = USUAL.across,
     elements_below: int = 3,
     land_elements: int | None = None,
+    towards_surface: float = USUAL.growth,
     name: str = "tooth section",
 ) -> SectionMesh:
     """Mesh one pitch of a tooth section.
@@ -116,6 +151,8 @@ def section_mesh(
     land_elements : int, optional
         Elements along the root from the fillet to the middle of the tooth space, for sections that are to be alike
         node by node; by default as its length requires.
+    towards_surface : float
+        Exponent by which elements across the half tooth grow from the surface inwards, see `elements_at_root`.
     name : str
         What error messages call this section.
 
@@ -145,7 +182,7 @@ def section_mesh(
     below_tooth = np.vstack([fillet[middle:], land])
     centre = point_below_tooth(section, fillet, middle)
 
-    across = midpoints((np.arange(elements_across + 1) / elements_across) ** TOWARDS_SURFACE)
+    across = midpoints((np.arange(elements_across + 1) / elements_across) ** towards_surface)
     block1 = _block_of_tooth(outline, centre, across, frame)
     block2 = _block_of_rim(block1[-1], below_tooth, section, elements_below, frame)
 
@@ -183,6 +220,29 @@ def section_mesh(
     )
     _check_jacobians(mesh, name)
     return mesh
+
+
+def elements_at_root(section: ToothSection) -> RootElements:
+    """Elements that resolve the stress of a section's fillet.
+
+    The stress of a notch falls off within a part of its radius. Where the tool is all but sharp, the usual elements
+    below the surface are larger than that: stress was 10 % too low with a radius of a fiftieth of the way across the
+    tooth, 23 % with a hundred-and-eightieth; so many more and thinner ones leave it within 3 %.
+
+    Above a thin rim elements have no room to leave the fillet at right angles. As skew as there, the usual ones made
+    of a load at the fillet's end a peak 10 % too high, and lost 2 % of others; with more of them it is 1 %.
+    """
+    fillet = fillet_stations(section, 2)
+    aside, down = fillet[2, 0], fillet[2, 1] - point_below_tooth(section, fillet, 2)
+    sharp = np.log(np.clip(np.hypot(aside, down) / least_radius(section), _SHARP, _SHARPEST) / _SHARP)
+    tangent = fillet[3] - fillet[1]
+    straight = max(-tangent[1] / tangent[0], _SKEW)
+    skew = int(np.ceil(1.5 * np.log2(np.clip(aside / down / straight, 1.0, _MOST_SKEW))))
+    return RootElements(
+        along=USUAL.along + 2 * skew,
+        across=USUAL.across + int(np.ceil(2.2 * sharp)) + skew,
+        growth=USUAL.growth + 0.5 * float(sharp),
+    )
 
 
 def jacobians(mesh: SectionMesh, points: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ __all__ = [
     "flank_stations",
     "foot_height",
     "frame_of",
+    "least_radius",
     "load_heights",
     "midpoints",
     "point_below_tooth",
@@ -33,6 +34,8 @@ TOWARDS_FILLET = 1.6
 """Exponent by which load heights spread out from the fillet to the tip."""
 
 
+_LEAST_FILLET = 1e-5  # of the flank's length: what is shorter is a corner
+_LEAST_TURNING = 0.1  # of a fillet that has a middle of its turning [rad]
 _SHORTEST_LAND = 0.02  # of an element of the fillet, where a land is asked for whatever its length
 
 
@@ -121,11 +124,8 @@ def flank_stations(section: ToothSection, heights: int) -> tuple[FloatArray, Flo
 def fillet_stations(section: ToothSection, elements: int) -> FloatArray:
     """Points along the fillet, as many elements before as after the middle of its turning."""
     curve = _Curve.through(section.fillet)
-    fine = np.linspace(0.0, curve.length[-1], 401)
-    tangent = curve.tangent(fine)
-    angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-    turning = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
-    turned = turning / turning[-1] if turning[-1] > 0.1 else fine / fine[-1]
+    fine, turning = _turning(curve)
+    turned = turning / turning[-1] if turning[-1] > _LEAST_TURNING else fine / fine[-1]
     middle = np.interp(0.5, turned, fine)
     middle = np.clip(middle, 0.15 * fine[-1], 0.85 * fine[-1])
     stations = []
@@ -136,6 +136,25 @@ def fillet_stations(section: ToothSection, elements: int) -> FloatArray:
         corners = np.interp(np.linspace(0.0, even[-1], elements // 2 + 1), even, part)
         stations.append(midpoints(corners))
     return np.asarray(curve.spline(np.concatenate([stations[0], stations[1][1:]])))
+
+
+def _turning(curve: _Curve) -> tuple[FloatArray, FloatArray]:
+    """Places along a curve [mm] and by how much its tangent has turned there [rad]."""
+    fine = np.linspace(0.0, curve.length[-1], 401)
+    tangent = curve.tangent(fine)
+    angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
+    return fine, np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
+
+
+def least_radius(section: ToothSection) -> float:
+    """Radius [mm] of a fillet where it is sharpest, by the shortest piece that does a quarter of its turning."""
+    place, turning = _turning(_Curve.through(section.fillet))
+    if turning[-1] < _LEAST_TURNING:
+        return np.inf
+    quarter = 0.25 * turning[-1]
+    start = np.linspace(0.0, turning[-1] - quarter, 201)
+    piece = np.interp(start + quarter, turning, place) - np.interp(start, turning, place)
+    return float(piece.min() / quarter)
 
 
 def root_land(
@@ -185,7 +204,7 @@ def point_below_tooth(section: ToothSection, fillet: FloatArray, middle: int) ->
     x, y = fillet[middle]
     tangent = fillet[middle + 1] - fillet[middle - 1]
     normal_foot = y + x * tangent[0] / tangent[1] if tangent[1] < -1e-3 * tangent[0] else -np.inf
-    root = min(y, fillet[-1, 1])
+    root = frame_of(section).from_xy(fillet[[middle, -1]])[:, 1].min()
     rim = root - foot_height(section)
     return float(np.clip(normal_foot, root - 0.5 * rim, root - min(0.2 * rim, 0.5 * x)))
 
@@ -203,6 +222,11 @@ def check_outline(section: ToothSection, name: str) -> None:
         raise SectionMeshError(
             f"{name}: the tooth is pointed or the outline crosses the centre line (x = {x:.4g} mm at "
             f"y = {y:.4g} mm); lower the tip or cut the section elsewhere"
+        )
+    flank, fillet = (np.hypot(*np.diff(part, axis=0).T).sum() for part in (section.flank, section.fillet))
+    if fillet < _LEAST_FILLET * flank:
+        raise SectionMeshError(
+            f"{name}: flank and root meet in a sharp corner, in which stress has no limit; round the fillet"
         )
     frame = frame_of(section)
     across, height = frame.from_xy(section.fillet[-1])

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import spsolve
 
 from semiwear.arrays import FloatArray
 from semiwear.compliance.section_elements import fillet_edges, fillet_shares, harmonic_integrals
-from semiwear.compliance.section_mesh import section_mesh
+from semiwear.compliance.section_mesh import elements_at_root, section_mesh
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
@@ -38,7 +38,8 @@ def strained_root(section: ToothSection, *, poissons_ratio: float) -> tuple[Floa
         Places along the fillet as shares of its length from the end of the flank.
     factor : (F,) array
     """
-    mesh = section_mesh(section, heights=5)
+    along, across, growth = elements_at_root(section)
+    mesh = section_mesh(section, heights=5, fillet_elements=along, elements_across=across, towards_surface=growth)
     # the modulus cancels
     stiffness = harmonic_integrals(mesh, 1.0, poissons_ratio)[0]
     moved = np.zeros((len(mesh.nodes), 3))

@@ -319,6 +319,9 @@ def _residual(prism: PrismSection, reduced: _Reduced, axial: BoolArray, width: f
     signed = np.where(axial, 1.0, -1.0)
     mixed = mixed * signed
     deflection, stress = prism.deflection.copy(), prism.stress.copy()
+    # the prism may have more elements along its fillet
+    onto = _at_root(reduced, prism.fillet_share)
+    strained, stretched = onto @ reduced.stress, onto @ (reduced.stress_along * signed)
     middle = DEFLECTION_OFFSETS.index(0)
     for n in range(len(deflection)):
         k = n * np.pi / width
@@ -330,7 +333,7 @@ def _residual(prism: PrismSection, reduced: _Reduced, axial: BoolArray, width: f
         seen = reduced.deflection @ moved
         seen = 0.5 * (seen + seen[::-1].swapaxes(1, 2))
         deflection[n, middle - 1 : middle + 2] -= seen
-        stress[n] -= reduced.stress @ moved + k * (reduced.stress_along * signed) @ moved
+        stress[n] -= (strained + k * stretched) @ moved
     return replace(prism, deflection=deflection, stress=stress)
 
 
