@@ -117,7 +117,7 @@ def cylindrical_mesh(
         Where the tooth is pointed or undercut, or an element is folded.
     """
     whole = int(surface.own.tooth.teeth)
-    count = min(teeth or whole, whole)
+    count = whole if teeth is None else min(teeth, whole)
     members = range(-((count - 1) // 2), count // 2 + 1)
     missing, turn = 0, None
     if explicit is not None and teeth is None:

@@ -16,28 +16,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import pi
+from functools import lru_cache
+from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from fem_reference.edge_rule import reference_half_width
 from fem_reference.fem_results import line_load
 from fem_reference.mesh_position import PairResult, PositionResult
 from fem_reference.pair_motion import PairMotion
+from fem_reference.pairs import module_of
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 
-__all__ = ["OFFSETS", "Deposit", "by_roll", "line_pressures", "marched"]
+__all__ = ["Deposit", "by_roll", "line_offsets", "line_pressures", "marched"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-OFFSETS = np.linspace(-2.0, 2.0, 81)
-"""Distances from the fresh line along the profile at which pressures are held [mm]."""
+_FARTHEST = 0.315  # modules from the fresh line up to which pressures are held: 2 mm in the shipped scene
+_SPACING = 0.1  # reference half-widths between places where they are, at most
 
 _STEPS = 8
 """Instants of the time grid between two roll positions that were solved; 1/18 apart, lines move by 0.4 mm."""
+
+
+@lru_cache(maxsize=8)  # asked for at every contact
+def line_offsets(pair: PairMotion) -> FloatArray:
+    """Distances from the fresh line along the profile at which pressures are held, evenly apart [mm]."""
+    farthest = _FARTHEST * module_of(pair.scene)
+    count = ceil(farthest / (_SPACING * reference_half_width(pair)))
+    return np.linspace(-farthest, farthest, 2 * count + 1)
 
 
 def line_pressures(found: PairResult, pair: PairMotion, fresh: RigidFlank) -> FloatArray:
@@ -45,17 +56,17 @@ def line_pressures(found: PairResult, pair: PairMotion, fresh: RigidFlank) -> Fl
 
     Every station carries the line load that the nodal forces have there.
     """
-    line = fresh.line(found.line.roll)
+    line, offsets = fresh.line(found.line.roll), line_offsets(pair)
     columns = np.unique(found.face)
-    at_columns = np.zeros((len(columns), len(OFFSETS)))
+    at_columns = np.zeros((len(columns), len(offsets)))
     for row, face in enumerate(columns):
         here = np.flatnonzero(found.face == face)
         here = here[np.argsort(found.profile[here])]
         offset = found.profile[here] - np.interp(face, line.face, line.profile)
-        at_columns[row] = np.interp(OFFSETS, offset, found.contact.pressure[here], left=0.0, right=0.0)
+        at_columns[row] = np.interp(offsets, offset, found.contact.pressure[here], left=0.0, right=0.0)
     stations = face_stations(pair)
     result = np.stack([np.interp(stations, columns, values, left=0.0, right=0.0) for values in at_columns.T], axis=1)
-    held = result.sum(axis=1) * (OFFSETS[1] - OFFSETS[0]) * np.interp(stations, line.face, line.spacing)
+    held = result.sum(axis=1) * (offsets[1] - offsets[0]) * np.interp(stations, line.face, line.spacing)
     wanted = line_load(found, pair)
     return result * np.where(held > 0.0, wanted / np.where(held > 0.0, held, 1.0), 0.0)[:, None]
 
@@ -69,7 +80,7 @@ def by_roll(
     """
     pair = fresh.pair
     numbers = sorted({j for result in solved for j in result.pairs})
-    shape = (len(face_stations(pair)), len(OFFSETS))
+    shape = (len(face_stations(pair)), len(line_offsets(pair)))
     entries = [
         (
             float(position) + j,
@@ -105,8 +116,9 @@ class _Track:
         """Points (profile, face) beside the line, offset below each and the way to the next, sliding per radian."""
         pair, line = self.fresh.pair, self.fresh.line(roll)
         offset = self.profile - np.interp(self.face, line.face, line.profile)
-        place = (offset - OFFSETS[0]) / (OFFSETS[1] - OFFSETS[0])
-        at = np.nonzero((place >= 0.0) & (place < len(OFFSETS) - 1))
+        held = line_offsets(pair)
+        place = (offset - held[0]) / (held[1] - held[0])
+        at = np.nonzero((place >= 0.0) & (place < len(held) - 1))
         pose = pair.gear_pose(roll)
         velocity, normal = pair.sliding(pose.points(self.own[at])), pose.vectors(self.normal[at])
         slid = np.linalg.norm(velocity - np.sum(velocity * normal, axis=1)[:, None] * normal, axis=1)
@@ -137,7 +149,7 @@ class Deposit:
     ) -> Deposit:
         """For pressures at these growing roll positions, of which only `loaded` ones ever differ from zero."""
         track = _Track.of(fresh)
-        points, stations = track.profile.shape
+        (points, stations), offsets = track.profile.shape, len(line_offsets(fresh.pair))
         rows, columns, values = [], [], []
         on = np.ones(len(rolls), dtype=bool) if loaded is None else loaded
         for k in np.flatnonzero(on[1:] | on[:-1]):
@@ -145,12 +157,12 @@ class Deposit:
             for share in (np.arange(steps) + 0.5) / steps:
                 (p, f), low, part, slid = track.at(float((1.0 - share) * rolls[k] + share * rolls[k + 1]))
                 for roll_row, weight in ((k, 1.0 - share), (k + 1, share)):
-                    base = (roll_row * stations + f) * len(OFFSETS) + low
+                    base = (roll_row * stations + f) * offsets + low
                     for offset, amount in ((0, 1.0 - part), (1, part)):
                         rows.append(p * stations + f)
                         columns.append(base + offset)
                         values.append(slid * step * weight * amount)
-        size = (points * stations, len(rolls) * stations * len(OFFSETS))
+        size = (points * stations, len(rolls) * stations * offsets)
         at = np.concatenate(rows), np.concatenate(columns)
         return cls(track.face, track.profile, csr_matrix((np.concatenate(values), at), shape=size))
 

@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from fem_reference.pair_motion import PairMotion
-from fem_reference.pairs import pair_motion
+from fem_reference.pairs import module_of, pair_motion
 from fem_reference.rigid_lines import RigidLine, effective_modulus
 
 __all__ = ["beside_edges", "reference_half_width"]
@@ -32,7 +32,7 @@ BoolArray = NDArray[np.bool_]
 
 _ACROSS = 2.0  # reference half-widths from an edge
 _ALONG = 12.0  # reference half-widths along the line from a slice whose edge presses
-_STEP = 0.1  # mm, of the differences that give curvatures
+_STEP = 0.016  # modules, of the differences that give curvatures
 _FLAT = 1e-5  # of the curvature across the line: what is flatter along it touches along a line
 
 
@@ -66,15 +66,16 @@ def reference_half_width(pair: PairMotion) -> float:
 
 def _principal_curvatures(pair: PairMotion) -> tuple[float, float]:
     """Greater and smaller curvature of the gap at the pitch point [1/mm]."""
-    face, steps = pair.pitch_face, np.array([-1.0, 0.0, 1.0]) * _STEP
+    step = _STEP * module_of(pair.scene)
+    face, steps = pair.pitch_face, np.array([-1.0, 0.0, 1.0]) * step
     met = pair.meeting(face + steps[:, None], steps[None, :], 0.0)
     tangent = np.stack([met.position[2, 1] - met.position[0, 1], met.position[1, 2] - met.position[1, 0]])
-    tangent /= 2.0 * _STEP
+    tangent /= 2.0 * step
     gap = met.gap
-    mixed = (gap[2, 2] - gap[2, 0] - gap[0, 2] + gap[0, 0]) / (4.0 * _STEP**2)
+    mixed = (gap[2, 2] - gap[2, 0] - gap[0, 2] + gap[0, 0]) / (4.0 * step**2)
     second = [
-        (gap[2, 1] - 2.0 * gap[1, 1] + gap[0, 1]) / _STEP**2,
-        (gap[1, 2] - 2.0 * gap[1, 1] + gap[1, 0]) / _STEP**2,
+        (gap[2, 1] - 2.0 * gap[1, 1] + gap[0, 1]) / step**2,
+        (gap[1, 2] - 2.0 * gap[1, 1] + gap[1, 0]) / step**2,
     ]
     hessian = np.array([[second[0], mixed], [mixed, second[1]]])
     # in lengths on the flank instead of coordinates

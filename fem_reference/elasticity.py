@@ -160,8 +160,9 @@ class ElasticBody:
 
     def stress_operator(self, nodes: IntArray) -> csr_matrix:
         """Matrix that turns a displacement into the nodal stress at some nodes: (6 nodes, 3 n) [MPa/mm]."""
+        wanted, back = np.unique(nodes, return_inverse=True)
         row_of = np.full(len(self.points), -1, dtype=np.int64)
-        row_of[nodes] = np.arange(len(nodes))
+        row_of[wanted] = np.arange(len(wanted))
         touching = np.flatnonzero((row_of[self.elements] >= 0).any(axis=1))
         to_nodes = _trilinear(_local_nodes(self._kind.element), _gauss(3)[0])
         share = np.bincount(self.elements.ravel(), minlength=len(self.points))
@@ -177,7 +178,8 @@ class ElasticBody:
             columns.append(np.broadcast_to(unknowns[:, None, :], block.shape).ravel())
             values.append(block.ravel())
         triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return coo_matrix(triplets, shape=(6 * len(nodes), self.points.size)).tocsr()
+        once = coo_matrix(triplets, shape=(6 * len(wanted), self.points.size)).tocsr()
+        return once[(6 * back[:, None] + np.arange(6)).ravel()]
 
     # --- inside ------------------------------------------------------------------------------------------------
 

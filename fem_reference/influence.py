@@ -103,8 +103,8 @@ def tooth_influence(
     too on the gear, but loads low on the pinion's flank are 8 % too high; 17 stations bring loads low on the gear's
     flank to -11 %.
     """
-    if heights < 3 or stations < 2:
-        raise ValueError("influence data need 3 heights and 2 stations at least")
+    if heights < 3 or stations < 2 or elements_between_stations < 1:
+        raise ValueError("influence data need 3 heights, 2 stations and 1 element between them at least")
     resolution = _Resolution(heights, stations, elements_between_stations, fillet_elements)
     materials = (scene.material.pinion, scene.material.gear)
     bodies = [_body_influence(scene, k, material, resolution, prefer) for k, material in enumerate(materials)]

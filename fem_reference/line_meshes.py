@@ -20,13 +20,16 @@ from fem_reference.surface import Surface
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, Refinement, ToothMesh
 from semiwear.errors import SceneError
 
-__all__ = ["WORN_FLANK", "Candidates", "MeshSettings", "candidates", "line_meshes"]
+__all__ = ["FEWEST_TEETH", "WORN_FLANK", "Candidates", "MeshSettings", "candidates", "line_meshes"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 WORN_FLANK = ("gap", "moved_nodes")
 """How wear enters: as a gap over the fresh mesh, or by nodes moved along their normals."""
+
+FEWEST_TEETH = 5
+"""Teeth in the mesh of a body: fewer leave out some that touch."""
 
 _MASTER = 1.4  # the pinion's candidates reach this much farther than the gear's
 _LEAST_WIDTH = 0.4  # of the widest pair's half-width: what the others are meshed for at least
@@ -72,6 +75,12 @@ class MeshSettings:
     def __post_init__(self) -> None:
         if self.worn_flank not in WORN_FLANK:
             raise SceneError.of("worn_flank", self.worn_flank, f"one of {', '.join(WORN_FLANK)}")
+        for name in ("elements_per_half_width", "element_length"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise SceneError.of(name, getattr(self, name), "a finite number > 0")
+        for name, teeth in (("teeth", self.gear_teeth), ("pinion_teeth", self.pinion_teeth)):
+            if teeth is not None and not (teeth >= FEWEST_TEETH and teeth % 1 == 0):
+                raise SceneError.of(name, teeth, f"a whole number >= {FEWEST_TEETH}")
 
 
 def line_meshes(

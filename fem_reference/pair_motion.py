@@ -102,6 +102,10 @@ class GearFlank(Protocol):
 class PairMotion(Protocol):
     """A gear pair in motion."""
 
+    def __hash__(self) -> int:
+        """Of scene and placement."""
+        ...
+
     @property
     def scene(self) -> Scene:
         """The scene with the pair."""

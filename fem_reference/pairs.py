@@ -74,6 +74,8 @@ def body_mesh(
 
     Of a cylindrical gear `teeth` may be None, the whole ring, with `explicit` as for `cylindrical_mesh`.
     """
+    if body not in ("pinion", "gear"):
+        raise ValueError(f"body must be 'pinion' or 'gear', not {body!r}")
     motion = pair_motion(scene)
     if isinstance(motion, CylindricalMotion):
         limits = motion.pinion_face if body == "pinion" else motion.gear_face

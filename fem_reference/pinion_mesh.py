@@ -124,7 +124,7 @@ def pinion_mesh(
     half_width = 0.5 * pair.pinion_face_width_mm
     surface = PinionSurface(tooth, (pair.pinion_centre_mm - half_width, pair.pinion_centre_mm + half_width))
     whole = int(tooth.teeth)
-    count = min(teeth or whole, whole)
+    count = whole if teeth is None else min(teeth, whole)
     first = -((count - 1) // 2)
     divisions = divisions or Divisions.of_module(pair.module_mm)
     return mesh_teeth(surface, range(first, first + count), element, refinements or {}, divisions, detailed)

@@ -107,6 +107,16 @@ class Divisions:
     towards_fillet: float = 1.0
     deeper: bool = False
 
+    def __post_init__(self) -> None:
+        if self.fillet < 2 or self.fillet % 2:
+            raise ValueError(f"divisions.fillet must be even and positive, not {self.fillet}")
+        for name in ("flank", "land", "across", "depth"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"divisions.{name} must be 1 at least, not {getattr(self, name)}")
+        for name in ("face_size", "towards_fillet"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise ValueError(f"divisions.{name} must be positive and finite, not {getattr(self, name)}")
+
     @classmethod
     def of_module(cls, module: float) -> Divisions:
         """A moderate mesh of a tooth of a module [mm]."""

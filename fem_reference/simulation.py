@@ -82,15 +82,16 @@ def simulate(
     ------
     SceneError
         For another kind than a face gear, without a table [wear], without a number of meshes, for fewer than one
-        cycle, a pinion that wears or an effect that is not in here.
+        cycle or position, a pinion that wears or an effect that is not in here.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
     total = scene.wear.until.meshes if meshes is None else meshes
     if total is None or not (np.isfinite(total) and total > 0.0):
         raise SceneError.of("meshes", total, "> 0", "the scene wears to control depths: say how many meshes")
-    if cycles < 1:
-        raise SceneError.of("cycles", cycles, ">= 1")
+    for name, count in (("cycles", cycles), ("positions", positions)):
+        if not (count >= 1 and count % 1 == 0):
+            raise SceneError.of(name, count, "a whole number >= 1")
     if scene.wear.worn_bodies != ("gear",):
         raise SceneError.of("wear.worn_bodies", scene.wear.worn_bodies, '["gear"]', "the pinion does not wear here")
     refuse_effects(scene)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from skfem import MeshHex
 
+from fem_reference.elasticity import ELEMENTS
 from fem_reference.hexahedra import Lattice, join_blocks, with_middles
 from fem_reference.pitch_blocks import Divisions, Pattern, Refinement, ToothSurface, depth_corners, face_corners
 from fem_reference.ring import RestOfRing
@@ -132,8 +133,10 @@ def mesh_teeth(
     teeth = tuple(teeth)
     if strange := [tooth for tooth in refinements if tooth not in teeth]:
         raise ValueError(f"{surface.name}: refinement of teeth {strange}, which are not in the mesh")
-    if divisions.fillet < 2 or divisions.fillet % 2:
-        raise ValueError(f"divisions.fillet must be even and positive, not {divisions.fillet}")
+    if not teeth:
+        raise ValueError(f"{surface.name}: a mesh needs one tooth at least")
+    if element not in ELEMENTS:
+        raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, not {element!r}")
     face = with_middles(face_corners(surface, refinements.values(), divisions.face_size))
     depth = with_middles(depth_corners(surface, face, divisions))
     blocks: list[FloatArray] = []

@@ -18,6 +18,7 @@ __all__ = ["FlankWear", "NoWear", "WearDepth", "face_stations", "flank_profile",
 FloatArray = NDArray[np.float64]
 
 _MM = 1e-3  # mm per um
+_PLACES = ("flank_height", "flank_radius")  # of `/flank`
 
 
 class WearDepth(Protocol):
@@ -94,6 +95,16 @@ def flank_profile(pair: PairMotion, face: FloatArray) -> FloatArray:
     return np.asarray(np.where(index <= split, below, above))
 
 
+def _by_labels(given: xr.DataArray) -> FloatArray:
+    """Values (profile, face), or (body, profile, face) with the pinion first; a body that is missing is unworn."""
+    last = given.isel(wear_step=-1) if "wear_step" in given.dims else given
+    if "body" in last.coords:
+        last = last if "body" in last.dims else last.expand_dims("body")
+        last = last.reindex(body=["pinion", "gear"], fill_value=0.0)
+    order = [name for name in ("body", "profile", "face") if name in last.dims]
+    return np.asarray(last.transpose(*order, ...), dtype=float)
+
+
 def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | None, pair: PairMotion) -> WearDepth:
     """Wear depth from what a user has.
 
@@ -103,7 +114,7 @@ def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | N
         A `/flank` group with `wear_depth`, `flank_height` and `flank_radius` (its last wear step counts): any grid. A
         `wear_depth` array or DataArray, (body, profile, face) or (profile, face) [um]: on the grid that the scene's
         own `numerics` give, as `simulate` and `semiwear.loaded_contact` have it, at a DataArray's own face
-        coordinates where it has them. None: unworn.
+        coordinates where it has them. Labels count: bodies by their names, dimensions in any order. None: unworn.
     pair : PairMotion
 
     Raises
@@ -117,15 +128,16 @@ def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | N
         given = given.to_dataset()
     if isinstance(given, xr.Dataset):
         table = given.isel(wear_step=-1) if "wear_step" in given.dims else given
-        height, radius = (np.asarray(table[name].sel(body="gear")) for name in ("flank_height", "flank_radius"))
+        height, radius = (_by_labels(table[name].sel(body="gear", drop=True)) for name in _PLACES)
         face, profile = pair.flank_grid(np.asarray(table["face"]), radius, height)
-        depth = np.asarray(table["wear_depth"])
+        depth = _by_labels(table["wear_depth"])
     else:
-        if isinstance(given, xr.DataArray) and "face" in given.coords:
-            face = np.asarray(given["face"])
-        else:
-            face = face_stations(pair)
-        profile, depth = flank_profile(pair, face), np.asarray(given, dtype=float)
+        labelled = given if isinstance(given, xr.DataArray) else None
+        face = (
+            face_stations(pair) if labelled is None or "face" not in labelled.coords else np.asarray(labelled["face"])
+        )
+        profile = flank_profile(pair, face)
+        depth = np.asarray(given, dtype=float) if labelled is None else _by_labels(labelled)
     if depth.ndim == 3 and depth.shape[0] == 2:
         if np.any(depth[0] != 0.0):
             raise SceneError.of("wear_depth", "a worn pinion", "zero on the pinion", "only the gear may be worn")

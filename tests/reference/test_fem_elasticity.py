@@ -163,6 +163,14 @@ def test_without_pardiso_the_solver_needs_scipy_alone_and_a_slow_one_says_so(mon
         factorise(k, prefer="pardiso")
 
 
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_stress_at_chosen_nodes_is_theirs_in_any_order_and_number(element):
+    body = ElasticBody(unit_cube(2, 0.2), element=element, **STEEL)
+    moved = np.random.default_rng(4).normal(size=body.points.size)
+    chosen = np.array([7, 3, 3, 0, 7])
+    np.testing.assert_allclose(body.stress(moved, nodes=chosen), body.stress(moved)[chosen], rtol=1e-12)
+
+
 def test_bad_input_is_named():
     mesh = unit_cube(1)
     with pytest.raises(ValueError, match="hex9"):

@@ -135,6 +135,23 @@ def test_moved_nodes_are_wear_as_gap(small: sw.Scene, solved: xr.DataTree) -> No
     assert peak[1] == pytest.approx(peak[0], rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("elements_per_half_width", 0.0),
+        ("elements_per_half_width", np.nan),
+        ("element_length", -2.0),
+        ("element_length", np.inf),
+        ("teeth", 3),
+        ("teeth", 5.5),
+        ("pinion_teeth", 0),
+    ],
+)
+def test_a_mesh_that_cannot_be_is_refused_by_its_option(small: sw.Scene, option: str, value: float) -> None:
+    with pytest.raises(SceneError, match=rf"^.*\n.* {option}: found {value}"):
+        loaded_contact(small, [POSITION], **{**COARSE, option: value})
+
+
 def test_an_unknown_way_of_wearing_is_refused(small: sw.Scene) -> None:
     with pytest.raises(SceneError, match="moved_nodes"):
         loaded_contact(small, [POSITION], worn_flank="ale")
@@ -178,6 +195,8 @@ def test_simulate_says_what_it_needs(small: sw.Scene) -> None:
         simulate(small)  # the shipped scene wears to control depths
     with pytest.raises(SceneError, match="cycles"):
         simulate(small, meshes=1e7, cycles=0)
+    with pytest.raises(SceneError, match="positions"):
+        simulate(small, meshes=1e7, positions=0)
     both = {"wear.worn_bodies": ("pinion", "gear"), "wear.until.meshes": 1e7, "wear.control_point": None}
     with pytest.raises(SceneError, match="worn_bodies"):
         simulate(small.replace(both))

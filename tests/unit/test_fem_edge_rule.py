@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -59,6 +59,20 @@ class MadeUp:
 
 def test_reference_length_is_the_cores(teeth: LoadedTeeth, pair: PairKinematics) -> None:
     assert reference_half_width(pair) == pytest.approx(teeth.half_width, rel=2e-3)
+
+
+@pytest.mark.parametrize("times", [0.02, 10.0])
+def test_reference_length_grows_with_the_gears(shipped: sw.Scene, pair: PairKinematics, times: float) -> None:
+    table = shipped.gear_pair
+    lengths = {
+        f"gear_pair.{name}": times * getattr(table, name)
+        for name in (one.name for one in fields(table))
+        if name.endswith("_mm")
+    }
+    lengths |= {"wear.control_point.radius_mm": times * 508.0, "wear.control_point.height_mm": times * -4.0}
+    torque = times**3 * shipped.operation.pinion_torque_Nm
+    grown = shipped.replace({**lengths, "operation.pinion_torque_Nm": torque})
+    assert reference_half_width(PairKinematics(grown)) == pytest.approx(times * reference_half_width(pair), rel=1e-6)
 
 
 @pytest.mark.slow

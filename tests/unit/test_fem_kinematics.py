@@ -129,6 +129,25 @@ def test_wear_from_array_and_from_flank_group(shipped: sw.Scene, pair: PairKinem
     assert isinstance(wear_depth_of(None, pair), NoWear)
 
 
+def test_labelled_wear_is_taken_by_its_labels(pair: PairKinematics) -> None:
+    face = face_stations(pair)
+    depth = np.arange(flank_profile(pair, face).size, dtype=float).reshape(-1, len(face))
+    both = xr.DataArray(
+        np.stack([0.0 * depth, depth]), dims=("body", "profile", "face"), coords={"body": ["pinion", "gear"]}
+    )
+    steps = xr.concat([0.0 * both, both], "wear_step")
+    for given in (
+        both, both.transpose("face", "body", "profile"), both.isel(body=[1, 0]), both.sel(body="gear"),
+        both.sel(body=["gear"]), both.sel(body="gear").T, steps, steps.transpose(..., "wear_step"),
+    ):  # fmt: skip
+        found = wear_depth_of(given, pair)
+        assert isinstance(found, FlankWear)
+        np.testing.assert_array_equal(found.values, 1e-3 * depth)
+    worn_pinion = both.assign_coords(body=["gear", "pinion"]).sel(body="pinion")
+    with pytest.raises(SceneError, match="a worn pinion"):
+        wear_depth_of(worn_pinion, pair)
+
+
 def test_bad_wear_is_refused(pair: PairKinematics) -> None:
     shape = flank_profile(pair, face_stations(pair)).shape
     for wrong in (np.full(shape, np.nan), np.full(shape, -1.0), np.zeros((3, 4)), np.ones((2, *shape))):

@@ -14,7 +14,7 @@ from fem_reference.face_gear_mesh import face_gear_mesh
 from fem_reference.hexahedra import MeshError, equal_shares, with_middles
 from fem_reference.line_meshes import MeshSettings, line_meshes
 from fem_reference.moved_nodes import moved_flanks
-from fem_reference.pairs import pair_motion
+from fem_reference.pairs import body_mesh, pair_motion
 from fem_reference.pinion_mesh import pinion_mesh
 from fem_reference.rigid_lines import RigidFlank, effective_modulus, forecast
 from fem_reference.tooth_mesh import LOADED, OPPOSITE, Divisions, Refinement, ToothMesh
@@ -224,6 +224,16 @@ def test_bad_requests_are_named():
         face_gear_mesh(SCENE, teeth=3, refinements={4: patch})
     with pytest.raises(ValueError, match="even"):
         face_gear_mesh(SCENE, divisions=replace(COARSE, fillet=3))
+    for wrong in ({"flank": 0}, {"land": 0}, {"across": 0}, {"depth": 0}, {"face_size": -1.0}):
+        with pytest.raises(ValueError, match=f"divisions.{next(iter(wrong))} must be"):
+            replace(COARSE, **wrong)
+    for build in (face_gear_mesh, pinion_mesh):
+        with pytest.raises(ValueError, match="one tooth at least"):
+            build(SCENE, teeth=0, divisions=COARSE)
+    with pytest.raises(ValueError, match="element must be one of"):
+        face_gear_mesh(SCENE, element="tet", divisions=COARSE)
+    with pytest.raises(ValueError, match="'pinion' or 'gear', not 'wheel'"):
+        body_mesh(SCENE, "wheel")
     nan = replace(patch, profile_middle=lambda face: face * np.nan)
     with pytest.raises(MeshError, match="not finite"):
         face_gear_mesh(SCENE, teeth=1, refinements={0: nan})
