@@ -13,6 +13,8 @@ from semiwear.contact import line_contact
 from semiwear.contact.footprint import OF_PRESSED_EDGES, Footprints
 from semiwear.contact.line_contact import line_pressures, solve_lines, with_pressed_edges
 from semiwear.contact.loads import SlicePressures, TeethLoads
+from semiwear.contact.problem import FIRST_CAP
+from semiwear.contact.rounded_contact import Rounding
 from tests.strategies.lines import straight_lines
 
 MODULUS, USUAL_LOAD, USUAL_WIDTH, APPROACH, LEVER = 115e3, 300.0, 0.2, 4e-3, 30.0
@@ -132,7 +134,7 @@ def test_pressures_are_hertz_s_but_across_worn_slices_and_at_edges(touched):
     """Within the margin by the distance across the line, not by profile coordinates."""
     varies = NEVER.copy()
     varies[:, 1] = True
-    profile = np.tile([0.0, 0.0, 3.5, -3.5, 2.0], (4, 1))
+    profile = np.tile([0.0, 0.0, 3.0, -3.0, 2.0], (4, 1))
     lines = replace(LINES, spacing=0.5 * LINES.spacing)
     cut = np.zeros((4, 5))
     cut[2, 0] = 1.0
@@ -165,20 +167,46 @@ def test_load_sharing_is_given_what_edges_and_the_wear_of_a_step_yield(monkeypat
         np.testing.assert_array_equal(slices.softer, expected)
         assert tuple(rounding) == pytest.approx((0.1 * APPROACH, 0.1 * USUAL_LOAD))
         assert (rules.usual_half_width, rules.tolerance, rules.near.modulus) == (USUAL_WIDTH, 1e-6, MODULUS)
+        assert rules.near.average == 2.0 * USUAL_WIDTH
 
     monkeypatch.setattr(line_contact, "_solve_position", position)
     softer, wears = 1e-7 * np.arange(20.0).reshape(4, 5), np.full((4, 5), 3e-7)
     expected = (softer + wears if stepping else softer).ravel()
     near = ~NEVER
-    near[3] = False
+    near[2] = False
     start = TeethLoads.none(4, 5, 2)
-    start.force[3, 1] = 50.0  # the second pair at the second mesh position, where no one looked for a footprint
+    start.force[2, 1] = 50.0  # the second pair at the first mesh position, where no one looked for a footprint
     wear = wears if stepping else None
     now = worn(softer=softer, near=near)
     if stepping:
         found = solve_lines(problem(), now, start, wear, tolerance=1e-6, rounding=0.1)
         assert found is not start and np.array_equal(found.force, start.force)
     else:
-        with pytest.raises(line_contact.ConvergenceError, match="mesh position 1/2: load reaches slices"):
+        with pytest.raises(line_contact.ConvergenceError, match="mesh position 0/2: load reaches slices"):
             solve_lines(problem(), now, start, wear, tolerance=1e-6, rounding=0.1)
-    assert sorted(asked) == [(0, False, stepping), (1, True, stepping)]
+    assert sorted(asked) == [(0, True, stepping), (1, False, stepping)]
+
+
+@pytest.mark.parametrize(("known", "depth"), [(False, 0.0), (False, 1e-4), (True, 0.0), (True, 1e-4)])
+def test_slices_are_let_touch_until_all_that_may_bear_are_among_them(monkeypatch, known, depth):
+    """First within the greatest usual approach beyond the nearest gap, or what is known; then as far as was found."""
+    asked, gap = [], np.full((4, 5), 7e-3)
+    gap[1] = gap[3, 0] = 1e-3
+    near = ~NEVER
+    near[3, 0] = False
+    gap[2, 4] = 2e-3
+    first = 1.15 * APPROACH if known else FIRST_CAP * APPROACH + 2e-3  # of rolls 0 and 2
+    one = problem(near)
+    one.rolls_of = lambda position: np.array([position, position + 2])
+    one.longest_lever, one.torque = np.full(2, LEVER), np.full(2, 1e5)
+    one.candidates = lambda position, reached: asked.append(reached) or SimpleNamespace(cap=reached)
+    found = (line_contact.LineStatus.CONVERGED, first / LEVER, 7, 0.0, 1e-9, 1e-8)
+    monkeypatch.setattr(line_contact, "share_torque", lambda *_: found)
+    loads = LOADS.copy()
+    rounding = Rounding(depth, 1.0) if depth else None
+    line_contact._solve_position(
+        one, 0, worn(gap=gap), None, None, rounding, loads, known=known, stepping=False  # type: ignore[arg-type]
+    )  # fmt: skip
+    assert asked == pytest.approx([first, first + depth] if depth else [first])
+    assert loads.rotation[0] == first / LEVER and loads.iterations[0] == 7
+    assert (loads.balance[0], loads.complementarity[0]) == (1e-9, 1e-8)
