@@ -31,7 +31,7 @@ except ImportError:  # not a POSIX system: no lock against a second run
 __all__ = ["Checkpoint", "Keeper", "KeptStep", "NoCheckpoint", "Peek", "open_checkpoint", "peek", "remove_checkpoint"]
 
 _VERSION = 2
-_RUN, _STEPS, _WRITTEN = "run.json", "[0-9][0-9][0-9][0-9].npz", ".new"
+_RUN, _STEPS, _WRITTEN = "run.json", "[0-9][0-9][0-9][0-9]*.npz", ".new"
 _REMEDY = "delete the folder, or run without --resume (resume=False), to start from the beginning"
 
 
@@ -143,7 +143,7 @@ class Checkpoint:
                 _begin(self.folder, self._anew)
                 self._anew = None
             while self._waiting:
-                _write(self.folder / f"{self._count:04d}.npz", _packed(self._waiting[0]))
+                _write(_file_of(self.folder, self._count), _packed(self._waiting[0]))
                 self._count += 1
                 del self._waiting[0]
         except OSError as error:
@@ -247,9 +247,10 @@ def _begin(folder: Path, identity: Mapping[str, str]) -> None:
 
 def _clear(folder: Path, kept: int = 0) -> None:
     """Remove all states but the first `kept`, the last one first: a kill then leaves a shorter run."""
-    for file in sorted(folder.glob(_STEPS), reverse=True):
-        if file >= _file_of(folder, kept):
-            file.unlink()
+    steps = {int(file.stem): file for file in folder.glob(_STEPS) if file.stem.isdecimal()}
+    for step in sorted(steps, reverse=True):
+        if step >= kept:
+            steps[step].unlink()
 
 
 @contextmanager

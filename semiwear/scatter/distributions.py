@@ -102,7 +102,7 @@ class LogNormal:
         return [
             *_needs_positive(field, "median", self.median),
             *_needs_positive(field, "variation", self.variation),
-            *_needs_order(field, self.low, self.high),
+            *_needs_order(field, max(self.low, 0.0), self.high),
         ]
 
 

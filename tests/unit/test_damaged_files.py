@@ -145,6 +145,10 @@ DAMAGES = {
     "newer version": (version("12"), ["schema version 12 is newer", "open it with a newer semiwear"]),
     "strange version": (version("first"), ["'first' is not one of semiwear", ANEW]),
     "no groups": (only(), ["no group of a result", ANEW]),
+    "other groups": (
+        sealed(lambda tree: xr.DataTree.from_dict({"/": tree.to_dataset(), "/rain": xr.Dataset({"mm": 1.0})})),
+        ["no group of a result", ANEW],
+    ),
     "missing variable": (without("engagement", "load_share"), ["/engagement/load_share: missing", ANEW]),
     "missing meshes": (without("history", "meshes"), ["/history/meshes: missing", ANEW]),
     "missing coordinate": (without("flank", "face"), ["/flank/face: missing", ANEW]),
@@ -224,6 +228,39 @@ def test_data_that_others_change_are_named(tmp_path, whole):
         opened.delncattr("check_sums")
     with pytest.warns(UserWarning, match="cannot be checked"):
         open_results(path)
+
+
+@pytest.mark.parametrize("chunk", [1 << 20, 1000])
+def test_what_was_saved_carries_its_seal_and_is_opened_without_a_process(tmp_path, whole, monkeypatch, chunk):
+    monkeypatch.setattr(files, "_CHUNK", chunk)
+    path = tmp_path / "worn.nc"
+    save(TREE, path)
+    content = path.read_bytes()
+    assert content[-48:] == b"semiwear sha256:" + hashlib.sha256(content[:-48]).digest()
+    monkeypatch.setattr(files, "_probe", lambda source: pytest.fail("a sealed file was probed"))
+    assert open_results(path).attrs == TREE.attrs
+    for place in (0, len(content) // 2, len(content) - 49):
+        changed = bytearray(content)
+        changed[place] ^= 1
+        path.write_bytes(b"\x89HDF\r\n\x1a\n" + changed[8:])
+        assert files._sealed(path) == (place == 0)
+
+
+def test_variables_that_are_gone_are_told_and_of_many_the_first_five(tmp_path):
+    kept = "".join(f"/history/v{k} {k}\n" for k in range(7))
+    for gone, others in ((5, ""), (6, " and others")):
+        found = "".join(f"/history/v{k} {k}\n" for k in range(gone, 7))
+        names = ", ".join(f"/history/v{k}" for k in range(5))
+        with pytest.warns(UserWarning, match=f"worn.nc: {names}{others} changed after"):
+            files._tell_changes(tmp_path / "worn.nc", kept, found)
+
+
+def test_versions_are_compared_as_numbers(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "SCHEMA_VERSION", "10")
+    for found, word in (("9", "older"), ("11", "newer")):
+        with pytest.raises(ResultFileError, match=word):
+            files._check_version(found, tmp_path / "worn.nc")
+    files._check_version("10", tmp_path / "worn.nc")
 
 
 def refuse(number):

@@ -13,7 +13,7 @@ from semiwear.optimise.correction import Correction
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Design, Designs
 from semiwear.optimise.fine import search_finely
 from semiwear.optimise.quantity import Limit, quantity_of
-from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, best, finite_of, search, values_of
+from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, best, finite_of, scan, search, values_of
 from semiwear.optimise.space import space_of
 from tests.scenes import SHIPPED
 
@@ -101,6 +101,60 @@ def test_a_limit_that_is_just_kept_asks_for_no_margin(monkeypatch):
     assert margins == pytest.approx([0.0, 0.0, 0.002, 0.004, 0.004, 0.002])
 
 
+def scripted(
+    monkeypatch: pytest.MonkeyPatch, places: Sequence[Sequence[float] | None]
+) -> list[tuple[float, _Region]]:
+    """Searches whose next designs are these, and no more; returns centres and regions that they are asked for."""
+    heard, left = [], iter(places)
+
+    def following(_, goal, centre, region, step):
+        heard.append((float(centre[0]), region))
+        place = next(left, None)
+        return None if place is None else np.array(place)
+
+    monkeypatch.setattr(module, "_next", following)
+    return heard
+
+
+def test_a_region_in_which_there_is_no_design_ends_at_once(monkeypatch):
+    designs = Tried(lambda place, _: ([place[0]], []))
+    designs.solved([np.array([place, 0.5]) for place in (0.9, 0.1, 0.5)], COARSE)
+    heard = scripted(monkeypatch, [])
+    assert search(designs, FREE, 10).place[0] == 0.1
+    assert [centre for centre, _ in heard] == [0.1, 0.5, 0.9] and len(designs.tried) == 3
+
+
+def test_a_margin_is_kept_where_a_search_begins_anew(monkeypatch):
+    designs = Tried(lambda place, _: ([1.0], [place[0]]), limits=(Limit(SHARE, 0.5, True),))
+    designs.solved([np.array([0.4, 0.5]), np.array([0.4, 0.9])], COARSE)
+    heard = scripted(monkeypatch, [[0.6, 0.5], None])
+    search(designs, Goal(0, designs.bounds), 3)
+    assert [region for _, region in heard] == [_Region(0.25), _Region(0.125, 0.002), _Region(0.25, 0.002)]
+
+
+def test_a_design_beside_one_that_ended_a_search_is_no_success(monkeypatch):
+    """However good it is; one elsewhere is, and the region moves there."""
+    designs = Tried(lambda place, _: ([place[0]], []))
+    designs.solved([np.array([0.2, 0.5]), np.array([0.8, 0.5])], COARSE)
+    heard = scripted(monkeypatch, [None, [0.25, 0.5], [0.5, 0.5]])
+    search(designs, FREE, 4)
+    assert [centre for centre, _ in heard] == [0.2, 0.8, 0.8, 0.5]
+    assert [region.radius for _, region in heard] == pytest.approx([0.25, 0.25, 0.125, 0.1875])
+
+
+def test_a_scan_holds_the_scene_itself_and_fills_the_space_evenly():
+    """Of sixteen designs one lies in each sixteenth of every range; as many as asked for, or more."""
+    torque = "operation.pinion_torque_Nm"
+    given = SHIPPED.operation.pinion_torque_Nm
+    space = space_of(SHIPPED, {torque: (0.8 * given, 1.8 * given), RELIEF: (0, 60)})
+    designs = Tried(lambda place, _: ([0.0], []), space=space)
+    found = scan(designs, 12)
+    assert found[0].place == pytest.approx([0.2, 0.5])
+    rest = np.array([design.place for design in found[1:]])
+    for column in rest.T:
+        assert sorted((16 * column).astype(int)) == list(range(16))
+
+
 # ---------------------------------------------------------------------- the next design
 
 
@@ -138,6 +192,14 @@ def test_every_fourth_design_is_far_from_what_is_known():
     assert 0.4 <= distance < 0.55 and found.min() < 0.1
 
 
+def test_designs_far_away_are_others_each_time():
+    """Where nothing was learnt in between."""
+    places = 0.2 * np.random.default_rng(2).uniform(size=(12, 2))
+    designs = known(lambda place: place.sum(), places)
+    first, second = (_next(designs, FREE, places[0], _Region(0.1), step) for step in (3, 7))
+    assert first is not None and second is not None and np.abs(first - second).max() > 1e-3
+
+
 class Seen:
     """A surrogate that sees what it is given: aim and excess over a limit; places above 0.95 fail."""
 
@@ -158,6 +220,7 @@ class Seen:
         ([[1.0, -0.5], [0.5, -0.01], [0.1, 0.2]], 0.02, 0),  # with a margin
         ([[1.0, 0.5], [0.5, 0.3], [0.1, 0.4]], 0.0, 1),  # the least beyond where none does
         ([[1.0, -0.1], [0.5, -0.2], [0.1, -9.0]], 0.0, 2),
+        ([[1.0, -0.9], [0.5, -0.1], [0.7, -0.3]], 0.0, 1),  # room to a limit is worth nothing
     ],
 )
 def test_the_best_keeps_limits_with_a_margin(values, margin, chosen):
@@ -225,6 +288,16 @@ def test_the_best_design_keeps_its_limits_before_its_aim_counts():
     designs.solved([np.array(place) for place in ([0.1, 0.9], [0.4, 0.4], [0.3, 0.5], [0.2, 0.6])], COARSE)
     designs.solved([np.array([0.0, 0.0])], DOUBLED)  # of another grid
     assert best(designs, Goal(0, designs.bounds)).place.tolist() == [0.3, 0.5]
+
+
+def test_designs_next_to_one_that_failed_finely_come_last():
+    """As long as none that was solved finely is as near; a failure without any other speaks for its place alone."""
+    designs = Tried(lambda place, at: ([np.nan if at == DOUBLED and place[0] > 0.6 else 1.0 - place[0]], []))
+    designs.solved([np.array([place, 0.5]) for place in (0.1, 0.3, 0.5, 0.7, 0.9)], COARSE)
+    designs.solved([np.array([0.9, 0.5])], DOUBLED)
+    assert best(designs, FREE).place[0] == 0.7
+    designs.solved([np.array([0.1, 0.5])], DOUBLED)
+    assert best(designs, FREE).place[0] == 0.5  # as near to either
 
 
 # ---------------------------------------------------------------------- finer grids
@@ -347,6 +420,11 @@ def test_a_life_without_end_is_the_best_and_goes_into_no_surrogate():
     assert values_of(designs, FREE, [found.doubled])[0, 0] == -np.inf
     spread = finite_of(np.array([[-np.inf, 1.0], [2.0, np.inf], [4.0, 3.0]]))
     np.testing.assert_array_equal(spread, [[0.0, 1.0], [2.0, 5.0], [4.0, 3.0]])
+
+
+def test_a_life_without_end_beside_others_that_are_alike_lies_beyond_by_their_size():
+    found = finite_of(np.array([[5.0, 0.0, -2.0], [np.inf, -np.inf, np.inf], [5.0, 0.0, -2.0]]))
+    np.testing.assert_array_equal(found, [[5.0, 0.0, -2.0], [10.0, -1.0, 0.0], [5.0, 0.0, -2.0]])
 
 
 def test_no_more_than_sixteen_designs_are_solved_finely(monkeypatch):

@@ -209,6 +209,27 @@ def test_a_damaged_step_and_those_behind_it_are_computed_again(tmp_path):
         assert sorted(content(path)) == ["0000.npz", "0001.npz", "run.json"]
 
 
+def test_an_unworn_state_of_another_run_is_nothing_that_is_lost(tmp_path):
+    path, other = written(tmp_path / "partial", 1), IDENTITY | {"semiwear": "2"}
+    with open_checkpoint(path, other, resume=True) as kept:
+        assert kept.steps == ()
+        kept.add(kept_step(0))
+        kept.add(kept_step(1))
+    assert peek(path) == checkpoint.Peek(1, False) and checkpoint._identity(path) == other
+
+
+def test_more_than_ten_thousand_states_are_removed_with_the_others(tmp_path):
+    """As many steps as a scene may ask for, and the unworn state: the last file has five digits."""
+    path = written(tmp_path / "partial", 2)
+    last = path / "10000.npz"
+    last.write_bytes((path / "0001.npz").read_bytes())
+    with open_checkpoint(path, IDENTITY, resume=True):
+        assert sorted(content(path)) == ["0000.npz", "0001.npz", "run.json"]
+    last.write_bytes(b"")
+    checkpoint.remove_checkpoint(path)
+    assert not path.exists()
+
+
 def test_an_earlier_run_is_replaced_by_a_finished_step_only(tmp_path):
     path = written(tmp_path / "partial")
     before = content(path)

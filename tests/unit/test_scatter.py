@@ -252,6 +252,7 @@ def test_indices_tell_what_matters(solved):
         ({TORQUE: 3}, {}, ["Normal, LogNormal"]),
         ({TORQUE: sw.Normal(1600, -1), OFFSET: sw.Uniform(1, 0)}, {}, ["deviation", "exchange them?"]),
         ({TORQUE: sw.Normal(300, 15, low=1e6)}, {}, ["low and high", "1e+06 to inf", "nothing is left"]),
+        ({TORQUE: sw.LogNormal(300, 0.1, low=-2, high=-1)}, {}, ["high", "greater than low = 0"]),
         ({TORQUE: sw.Normal(300, 15)}, {"samples": 8, "measure": "life"}, ["measure", "effects.run_life"]),
         ({TORQUE: sw.Normal(10, 20)}, {}, ["samples as far out as", "cut the distribution off"]),
         ({"operation.torque": sw.Normal(10, 2)}, {"samples": 100}, ["did you mean pinion_torque_Nm", "give 128"]),

@@ -1,0 +1,209 @@
+"""Footprints and what they leave on a flank, where both are known: parabolas, edges, loads that move on evenly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from semiwear.contact.footprint import BESIDE, Footprints, footprints
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.removed import Removed
+from semiwear.wear.deposit import Spread, factor_at, spread_over_flank
+from tests.strategies.lines import straight_lines
+
+CURVATURE, HALF_WIDTH = 0.04, 0.5  # 1/mm, mm
+NODES = np.linspace(-4.0, 4.0, 641)
+
+
+def one_slice(place: np.ndarray, per_mm: float = 1.0, **changes: float) -> ContactLines:
+    """Lines at some places of a slice where a profile coordinate is so many mm; `changes` are borders and edges."""
+    lines = straight_lines(place, 1, across=CURVATURE * per_mm**2, half_height=4.0)
+    one = np.ones(lines.profile.shape)
+    return replace(lines, spacing=per_mm * one, **{name: value * one for name, value in changes.items()})
+
+
+def grid_of(nodes: np.ndarray) -> FlankGrid:
+    return FlankGrid(np.zeros(1), nodes[None], np.array([nodes.size // 2]))
+
+
+def touched(lines: ContactLines, depth: np.ndarray, near: bool = True, nodes: np.ndarray = NODES) -> Footprints:
+    """Footprints where depths (rows, points) are gone."""
+    removed = Removed.met(grid_of(nodes), depth[:, None], lines.roll.size)
+    return footprints(lines, removed, HALF_WIDTH, np.full(lines.profile.shape, near))
+
+
+@pytest.mark.parametrize("per_mm", [1.0, 0.7])
+def test_a_parabola_worn_off_a_parabola_leaves_a_parabola(per_mm):
+    """Of curvatures B and c about places x apart: B + c about c x/(B + c), where B c/(B + c) x^2/2 is open."""
+    bend, worn, apart = CURVATURE * per_mm**2, np.array([0.05, 0.02, 0.05]), np.array([0.4, -0.6, 0.1])
+    depth = 0.5 * worn[:, None] * (NODES - apart[:, None]) ** 2
+    found = touched(one_slice(np.zeros(3), per_mm), depth)
+    both = bend + worn
+    open_gap = 0.5 * bend * worn / both * apart**2
+    np.testing.assert_allclose(found.profile[:, 0], worn * apart / both, atol=1e-3)
+    np.testing.assert_allclose(found.least[:, 0], open_gap, atol=3e-6)  # at nodes
+    np.testing.assert_allclose(found.gap[:, 0], open_gap, atol=1e-5)
+    np.testing.assert_allclose(found.half_width[:, 0], HALF_WIDTH * np.sqrt(bend / both), rtol=2e-3)
+    np.testing.assert_allclose(found.curvature[:, 0], both / per_mm**2, rtol=4e-3)
+    assert not found.edge.any()
+
+
+@pytest.mark.parametrize("depth", [0.0, 3e-3])
+def test_a_fresh_slice_and_one_that_is_not_near_touch_by_their_own_curvature(depth):
+    """What is gone all over is a gap that is open."""
+    gone = np.full((1, NODES.size), depth)
+    gone_oddly = gone + 0.05 * (NODES - 0.4) ** 2
+    for found in (
+        touched(one_slice(np.zeros(1), 0.7), gone),
+        touched(one_slice(np.zeros(1), 0.7), gone_oddly, False),
+    ):
+        assert found.profile[0, 0] == 0.0 and not found.edge.any()
+        assert found.curvature[0, 0] == pytest.approx(CURVATURE)
+        assert found.half_width[0, 0] == HALF_WIDTH
+    assert found.gap[0, 0] == pytest.approx(depth + 0.05 * 0.4**2)
+
+
+CUT = {
+    "at a node": (0.3, 0.0, 0.0, 0.7),
+    "between nodes": (0.307, 0.0, 0.0, 0.7),
+    "worn": (0.307, 0.03, 0.2, 1.0),
+    "worn at a node": (0.3, 0.03, 0.2, 1.0),
+    "rounded": (0.207, 0.0, 0.0, 1.0),
+    "rounded at a node": (0.2, 0.0, 0.0, 1.0),
+    "hardly": (0.457, 0.0, 0.0, 1.0),
+    "worn beyond": (-0.2, 0.06, 0.9, 1.0),
+}
+
+
+@pytest.mark.parametrize("upper", [False, True])
+@pytest.mark.parametrize("case", CUT)
+def test_a_footprint_that_an_edge_cuts_off_is_the_root_of_the_gap_up_to_there(case, upper):
+    """Its moments by plain sums over the gap: parabola, what is worn off about another place, and a rounded edge."""
+    before, worn, apart, per_mm = CUT[case]
+    radius = 0.3 if "rounded" in case else 0.0
+    sign = 1.0 if upper else -1.0
+    border, apart = sign * before, sign * apart
+    ends = {"high": border, "high_edge_radius": radius} if upper else {"low": border, "low_edge_radius": radius}
+    found = touched(one_slice(np.zeros(1), per_mm, **ends), 0.5 * worn * (NODES - apart)[None] ** 2)
+
+    bend = CURVATURE * per_mm**2
+    place = border - sign * np.linspace(-0.999 * radius / per_mm, 3.0, 400_001)
+    inside, beyond = sign * np.minimum(sign * place, sign * border), np.maximum(sign * (place - border), 0.0) * per_mm
+    gap = 0.5 * bend * inside**2 + bend * inside * (place - inside) + 0.5 * worn * (place - apart) ** 2
+    gap += radius - np.sqrt(np.maximum(radius**2 - beyond**2, 0.0))
+    depth, least = 0.5 * bend * (HALF_WIDTH / per_mm) ** 2, gap.min()
+    root = np.sqrt(np.maximum(depth - gap + least, 0.0))
+    width = abs(place[1] - place[0])
+    area = root.sum() * width
+
+    at_border = 0.5 * bend * border**2 + 0.5 * worn * (border - apart) ** 2
+    half_width = 2.0 * area * per_mm / (pi * sqrt(depth))
+    assert found.edge.all()
+    assert found.cut[0, 0] == pytest.approx(1.0 - (at_border - least) / depth, abs=1e-3)
+    assert found.least[0, 0] == pytest.approx(least, abs=3e-6)
+    assert found.profile[0, 0] == pytest.approx((root * place).sum() * width / area, abs=2e-3)
+    assert found.half_width[0, 0] == pytest.approx(half_width, rel=5e-3)
+    assert found.curvature[0, 0] == pytest.approx(2.0 * depth / half_width**2, rel=1e-2)
+    mean = (root * gap).sum() * width / area
+    assert found.gap[0, 0] == pytest.approx(mean - 0.25 * depth, abs=1e-2 * depth)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_slice_far_from_its_line_touches_at_its_end(sign):
+    lines = one_slice(np.array([sign * 2.0]), **{"high" if sign > 0.0 else "low": sign * 0.3})
+    found = touched(lines, np.full((1, NODES.size), 1e-3))
+    assert found.cut[0, 0] == 1.0
+    both = touched(lines, 0.5 * 0.01 * NODES[None] ** 2)
+    assert both.least[0, 0] == pytest.approx(0.5 * CURVATURE * 1.7**2 + 0.5 * 0.01 * 0.3**2, rel=1e-6)
+
+
+def test_a_footprint_on_the_rounding_of_an_edge_is_counted_at_the_border():
+    """The line lies on the border, and the rounding is flatter than the flank is bent."""
+    found = touched(one_slice(np.zeros(1), low=0.0, low_edge_radius=200.0), np.zeros((1, NODES.size)))
+    assert found.profile[0, 0] == 0.0 and found.least[0, 0] == 0.0
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.02, 0.04])
+def test_nothing_beyond_a_window_is_read_and_nothing_in_it_is_left_out(shift):
+    """Windows reach a few nodes beyond a footprint: on coarse nodes, each in its turn is the last one needed."""
+    nodes = np.linspace(-4.0, 4.0, 81)
+    depth = 0.5 * 0.05 * (nodes - 0.3 - shift)[None] ** 2
+    lines = one_slice(np.zeros(1))
+    whole = touched(lines, depth, nodes=nodes)
+    centre, reach = 0.05 * (0.3 + shift) / (CURVATURE + 0.05), HALF_WIDTH * sqrt(CURVATURE / (CURVATURE + 0.05))
+    first, last = np.searchsorted(nodes, centre - reach) - 1, np.searchsorted(nodes, centre + reach)
+    known = np.array([[[first - BESIDE + 1, last + BESIDE]]])
+    unread = np.full_like(depth, np.nan)
+    unread[0, known[0, 0, 0] : known[0, 0, 1]] = depth[0, known[0, 0, 0] : known[0, 0, 1]]
+    removed = Removed(grid_of(nodes), unread[:, None], np.zeros(1, dtype=np.int64), known)
+    found = footprints(lines, removed, HALF_WIDTH, np.ones((1, 1), dtype=bool))
+    for name in ("profile", "gap", "curvature", "half_width", "least", "cut"):
+        np.testing.assert_allclose(getattr(found, name), getattr(whole, name), rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+# ---------------------------------------------------------------------- what they leave
+
+
+def spread(
+    lines: ContactLines, rate: np.ndarray, sliding: np.ndarray, slope: tuple[float, float], depth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Density at the nodes of one slice, and what is taken."""
+    shape = lines.profile.shape
+    what = Spread(
+        lines.profile, rate[:, None], sliding[:, None], np.broadcast_to(slope, (*shape, 2)).copy(),
+        np.full(shape, 1e-4), np.zeros((*shape, 4)), np.zeros(1),
+    )  # fmt: skip
+    grid, taken = grid_of(NODES), np.zeros(2)
+    removed = Removed.met(grid, depth[:, None], shape[0])
+    return spread_over_flank(lines, grid, removed, HALF_WIDTH, what, np.zeros(1, dtype=np.int64), taken)[0], taken
+
+
+NOTHING = np.zeros((1, NODES.size))
+WIDTHS = np.gradient(NODES) * np.where(np.arange(NODES.size) % (NODES.size - 1) == 0, 0.5, 1.0)
+
+
+def test_the_factor_of_a_place_is_the_length_of_its_vector():
+    assert factor_at((2.0, 3.0, 4.0, 0.5, -1.0), 2.2) == pytest.approx(np.hypot(3.1, 3.8))
+
+
+@pytest.mark.parametrize("across", [0.0, 2.0])
+def test_loads_that_move_on_evenly_leave_load_times_sliding_over_their_speed(across):
+    """Both linear in the place: their product, as sliding is that of the place and not that of the line."""
+    per_mm, step = 0.7, 0.04
+    place = step * np.arange(-60, 61)
+    sliding = np.stack([2.0 + 0.5 * place, np.full(place.size, across)], axis=-1)
+    lines = one_slice(place, per_mm)
+    density, taken = spread(lines, 3.0 + 1.2 * place, sliding, (0.5, 0.0), NOTHING)
+    middle = np.abs(NODES) < 1.2
+    expected = (3.0 + 1.2 * NODES) * np.hypot(2.0 + 0.5 * NODES, across) / (per_mm * step)
+    np.testing.assert_allclose(density[middle], expected[middle], rtol=2e-3)
+    assert taken[0] == pytest.approx(density @ WIDTHS * per_mm * lines.length[0, 0], rel=1e-9) and taken[1] == 0.0
+
+
+def test_what_the_rounding_of_an_edge_bears_lies_beyond_the_nodes():
+    nodes_end = float(NODES[-1])
+    lines = one_slice(nodes_end - 0.04 * np.arange(40)[::-1], high_edge_radius=0.3)
+    even = np.ones(lines.roll.size)
+    density, taken = spread(lines, even, np.stack([even, 0.0 * even], axis=-1), (0.0, 0.0), NOTHING)
+    assert 0.01 * taken[0] < taken[1] < 0.2 * taken[0]
+    assert taken[0] == pytest.approx(even.sum(), rel=1e-9)
+    assert taken[0] - taken[1] == pytest.approx(density @ WIDTHS, rel=1e-9)
+
+
+def test_each_roll_position_meets_its_own_row_of_what_is_gone():
+    """Two of them at one place leave what each leaves by itself; one without a contact leaves nothing."""
+    lines = one_slice(np.zeros(3))
+    lines.separation[:, 2] = np.nan
+    depth = 0.02 * (NODES - np.array([[0.3], [-0.4], [0.0]])) ** 2
+    sliding = np.ones((3, 2))
+    first, second, both, all_three = (
+        spread(lines, np.array(rate), sliding, (0.0, 0.0), depth)[0]
+        for rate in ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0])
+    )
+    assert np.abs(first - second).max() > 0.5 * first.max()
+    np.testing.assert_allclose(both, first + second, atol=1e-9 * both.max())
+    np.testing.assert_allclose(all_three, both, atol=1e-9 * both.max())
