@@ -228,12 +228,12 @@ def _observation(
     if given is None:
         return None
     names = [one.name for one in fields(kind)]
+    meanings = {key: closest(key, names) for key in given if key not in names}
     wrong = []
-    for key in given:
-        if key not in names:
-            meant = closest(key, names)
-            fix = f"did you mean {meant}?" if meant else "remove it"
-            wrong.append(Problem(f"{field}.{key}", shown(given[key]), ", ".join(names), fix))
+    for key, meant in meanings.items():
+        where, found = (key, shown(given[key])) if key in table else ("file", f"column {key!r}")
+        fix = f"did you mean {meant}?" if meant else "remove it"
+        wrong.append(Problem(f"{field}.{where}", found, ", ".join(names), fix))
     needed = [one.name for one in fields(kind) if one.default is MISSING and one.name not in given]
     wrong += [Problem(f"{field}.{key}", None, "given", "see docs/inference.md") for key in needed]
     problems += wrong
