@@ -47,9 +47,14 @@ def _with_defaults(reading: Reading, schema: Schema) -> Table:
     """Every value that is known: given, default or derived; None for the control point when there is none."""
     values = reading.given | {key: default for key, default in schema.defaults.items() if reading.lacks(key)}
     for name, derived in schema.derived.items():
-        needs = [f"gear_pair.{need}" for need in derived.needs]
-        if reading.lacks(f"gear_pair.{name}") and all(need in values for need in needs):
-            values[f"gear_pair.{name}"] = derived.formula(*(values[need] for need in needs))
+        key, needs = f"gear_pair.{name}", [f"gear_pair.{need}" for need in derived.needs]
+        if reading.lacks(key) and all(need in values for need in needs):
+            try:
+                values[key] = derived.formula(*(values[need] for need in needs))
+            except (ArithmeticError, ValueError):  # of numbers that no tooth has
+                fix = f"its default cannot be computed from {', '.join(derived.needs)}: correct these, or give it"
+                reading.refused.add(key)
+                reading.problems.append(Problem(key, None, schema.rules[key].allowed, fix))
     if reading.lacks("wear.worn_bodies"):
         # where no coefficient is known, that is the problem
         coefficient, mapping = values.get("wear.coefficient_mm2_per_N"), values.get("numerics.wear_mapping")

@@ -268,7 +268,7 @@ class CylindricalPair:
         beta = radians(self.helix_angle_deg)
         alpha = _transverse(self.pressure_angle_deg, self.helix_angle_deg)
         nominal = 0.5 * self.normal_module_mm * abs(self.pinion_teeth + self.gear_teeth) / cos(beta)
-        cosine = nominal * cos(alpha) / self.centre_distance_mm
+        cosine = nominal * cos(alpha) / self.centre_distance_mm if self.centre_distance_mm > 0.0 else nan
         return acos(cosine) if 0.0 < cosine <= 1.0 else nan
 
     @property
