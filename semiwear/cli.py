@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import semiwear as sw
 from semiwear.check import geometric_problems
+from semiwear.cli_values import assignment, number_within, require_readable
 from semiwear.completion import PrintCompletion
 from semiwear.console import as_json, error_as_json, hidden_output, notes_on_standard_error, tolerant_streams
 from semiwear.errors import SceneError, SemiwearError
@@ -21,8 +21,10 @@ from semiwear.references.listing import KINDS, named_text
 from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
 from semiwear.scene.guide import fields_text, json_schema
+from semiwear.scene.rule import Rule, at_least_zero, between, positive
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.units import LIFE_UNITS
+from semiwear.scene.values import number, whole
 from semiwear.targets import RESULTS
 from semiwear.untyped import Table, Value
 
@@ -31,6 +33,21 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
+
+def _any(value: Value) -> bool:
+    return True
+
+
+_WORKERS = number_within(between(whole, 0, 1024, "leave it out for one process a core"))
+_ABOVE_ZERO = number_within(positive("give a number above 0", ""))
+_SHARE = number_within(Rule(number, "above 0 and below 1", lambda value: 0.0 < value < 1.0, "0.95 for 95 %"))
+_MEASURED = (
+    "Measured CSV files hold points: a header profile,face,x_mm,y_mm,z_mm, then one line a point, profile and face "
+    "counted from 0 (root to tip, end to end of the tooth), z the body's axis; or deviations: a first line "
+    "um,FACE,FACE,..., then lines PROFILE,DEVIATION,DEVIATION,... in um, positive for excess material, PROFILE and "
+    "FACE as fractions of the flank from 0 to 1 (first cell 'um mm mm': in mm from root end and lower end). Without "
+    "--before the flanks are taken to have been nominal, with the modifications that the scene gives them."
+)
 _SET_HELP = "change a field of the scene, remove it (KEY=none), or add an effect (effects.friction={})"
 
 
@@ -52,8 +69,9 @@ def _main(arguments: Sequence[str] | None) -> int:
         return 2
     with notes_on_standard_error(options.quiet):
         try:
+            require_readable(options)
             if "set" in options:
-                options.changes = dict(_assignment(text) for text in options.set)
+                options.changes = dict(options.set)
             # help, a scene's errors, its fields and its plan need nothing that the other commands compute with
             checked = "scene" in options and options.command != "check"
             given = (options, _scene(options)) if checked else (options,)
@@ -146,7 +164,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     of_scene = argparse.ArgumentParser(add_help=False)
     of_scene.add_argument("scene", help="a shipped scene's name, or a TOML file")
-    of_scene.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
+    of_scene.add_argument("--set", metavar="KEY=VALUE", type=assignment, action="append", default=[], help=_SET_HELP)
 
     of_page = argparse.ArgumentParser(add_help=False)
     what = "count the life in pictures of the report in: meshes (default), hours, or km of sliding"
@@ -188,7 +206,11 @@ def _parser() -> argparse.ArgumentParser:
     what = "show which effects a scene calls for, and what each would cost"
     screen = commands.add_parser("screen", help=what, parents=[of_scene])
     screen.add_argument(
-        "--threshold", metavar="SHARE", type=float, default=0.02, help="relative change that counts; default 0.02"
+        "--threshold",
+        metavar="SHARE",
+        type=number_within(positive("0.02 for 2 %", "")),
+        default=0.02,
+        help="relative change that counts; default 0.02",
     )
 
     sweep = commands.add_parser("sweep", help="solve the scenes of a study file")
@@ -203,28 +225,32 @@ def _parser() -> argparse.ArgumentParser:
     optimise.add_argument("study", help="a TOML file with aims, limits and ranges of fields (docs/best_designs.md)")
     optimise.add_argument("-o", "--output", metavar="FILE", required=True, help="the best design: a scene, *.toml")
     optimise.add_argument("--designs", metavar="FILE", help="all designs that were tried: *.nc or *.zarr")
-    optimise.add_argument("--workers", metavar="N", type=int, help="processes of the scan; default: one a core")
+    optimise.add_argument("--workers", metavar="N", type=_WORKERS, help="processes of the scan; default: one a core")
     optimise.add_argument("--report", metavar="FILE", help="write the search as a self-contained HTML page")
 
     what = "find unknown fields of a scene from what was measured on worn gears"
     infer = commands.add_parser("infer", help=what)
     infer.add_argument("study", help="a TOML file with priors and measurements (docs/inference.md)")
     infer.add_argument("-o", "--output", metavar="FILE", required=True, help="draws of the posterior: *.nc or *.zarr")
-    infer.add_argument("--workers", metavar="N", type=int, help="processes of the runs; default: one a core")
+    infer.add_argument("--workers", metavar="N", type=_WORKERS, help="processes of the runs; default: one a core")
     infer.add_argument("--store", metavar="FOLDER", help="keep solved runs there, and go on from them")
     infer.add_argument("--report", metavar="FILE", help="write the inference as a self-contained HTML page")
 
     what = "find the wear coefficient from measured flanks"
-    calibrate = commands.add_parser("calibrate", help=what, parents=[of_scene])
+    calibrate = commands.add_parser("calibrate", help=what, parents=[of_scene], epilog=_MEASURED)
     calibrate.add_argument("measured", nargs="+", help="worn flanks, one a part: .nc or .csv, points or deviations")
     calibrate.add_argument("--before", metavar="FILE", nargs="+", help="the same flanks before, in the same order")
     calibrate.add_argument("--body", metavar="NAME", default="gear", help="whose flanks: gear (default) or pinion")
-    calibrate.add_argument("--meshes", metavar="N", type=float, help="engagements of a gear tooth that they have run")
-    calibrate.add_argument("--confidence", metavar="P", type=float, default=0.95, help="default 0.95")
-    calibrate.add_argument("--robust", action="store_true", help="fit with Huber's weights, for outliers")
-    calibrate.add_argument("--life", metavar="UM", type=float, help="tell the life until this greatest depth of wear")
     calibrate.add_argument(
-        "--k-scatter", metavar="V", type=float, default=0.5,
+        "--meshes", metavar="N", type=_ABOVE_ZERO, help="engagements of a gear tooth that they have run"
+    )
+    calibrate.add_argument("--confidence", metavar="P", type=_SHARE, default=0.95, help="default 0.95")
+    calibrate.add_argument("--robust", action="store_true", help="fit with Huber's weights, for outliers")
+    calibrate.add_argument(
+        "--life", metavar="UM", type=_ABOVE_ZERO, help="tell the life until this greatest depth of wear"
+    )
+    calibrate.add_argument(
+        "--k-scatter", metavar="V", type=number_within(at_least_zero("0.5 for 50 %", "")), default=0.5,
         help="coefficient of variation of k from part to part, for the life; default 0.5",
     )  # fmt: skip
 
@@ -232,8 +258,10 @@ def _parser() -> argparse.ArgumentParser:
     rexs.add_argument("file", help="a REXS file: *.rexs, *.rexsj or *.rexsz")
     rexs.add_argument("-o", "--output", metavar="FILE", required=True, help="the scene, *.toml")
     rexs.add_argument("--stage", metavar="ID", help="the stage, where the file has several")
-    rexs.add_argument("--torque", metavar="NM", type=float, help="on the pinion, where the file does not give it")
-    rexs.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
+    rexs.add_argument(
+        "--torque", metavar="NM", type=_ABOVE_ZERO, help="on the pinion, where the file does not give it"
+    )
+    rexs.add_argument("--set", metavar="KEY=VALUE", type=assignment, action="append", default=[], help=_SET_HELP)
 
     what = "write a result for other tools: surfaces, tables, input decks of finite elements"
     export = commands.add_parser("export", help=what)
@@ -244,14 +272,30 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument(
         "--body", metavar="NAME", default="gear", help="of surfaces and decks: gear (default) or pinion"
     )
-    export.add_argument("--wear-step", metavar="K", type=int, default=-1, help="whose shape; default: the last")
+    export.add_argument(
+        "--wear-step",
+        metavar="K",
+        type=number_within(Rule(whole, "a whole number", _any, "")),
+        default=-1,
+        help="whose shape; default: the last",
+    )
     export.add_argument("--part", metavar="NAME", default="flank", help="of surfaces: flank (default) or tooth")
     export.add_argument(
-        "--exaggeration", metavar="X", type=float, default=1.0, help="of the wear in a shape; default 1"
+        "--exaggeration", metavar="X", type=_ABOVE_ZERO, default=1.0, help="of the wear in a shape; default 1"
     )
     export.add_argument("--table", metavar="NAME", help="of .csv and .xlsx: history, engagement, mesh_stiffness ...")
-    export.add_argument("--roll-position", metavar="R", type=float, help="of decks; default: of greatest root stress")
-    export.add_argument("--teeth", metavar="N", type=int, help="of decks: teeth in the mesh")
+    export.add_argument(
+        "--roll-position",
+        metavar="R",
+        type=number_within(Rule(number, "a number", _any, "")),
+        help="of decks; default: of greatest root stress",
+    )
+    export.add_argument(
+        "--teeth",
+        metavar="N",
+        type=number_within(between(whole, 1, 99, "leave it out for the usual number")),
+        help="of decks: teeth in the mesh",
+    )
 
     report = commands.add_parser("report", help="make the HTML page of a result", parents=[of_page])
     report.add_argument("file", help="a netCDF file that semiwear wrote")
@@ -293,17 +337,6 @@ def _scene(options: argparse.Namespace) -> sw.Scene:
         return sw.load_scene(options.scene)
     # the geometry of the teeth is looked at once, as changed
     return replace(load_scene(options.scene), _check=geometric_problems).replace(changes)
-
-
-def _assignment(text: str) -> tuple[str, Value]:
-    """`key=value`, the value as in TOML; none removes a field or table; what is no TOML value is taken as text."""
-    key, separator, value = text.partition("=")
-    if not separator or not key.strip():
-        raise SceneError.of("--set", text, "KEY=VALUE, e.g. operation.pinion_torque_Nm=800")
-    try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), None if value.strip().casefold() == "none" else value.strip()
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import Problem, SceneError, SemiwearError
-from semiwear.optimise.quantity import Quantity, measure_of_quantities, quantity_of
+from semiwear.optimise.quantity import Quantity, measure_of_quantities, quantity_of, unmet_needs
 from semiwear.optimise.space import scene_value
 from semiwear.plan import Compared
 from semiwear.results.provenance import version
@@ -150,6 +150,7 @@ def sensitivities(
     quantities = [found for name in names if (found := quantity_of("of", name, problems)) is not None]
     if not names:
         problems.append(Problem("of", "nothing", "one quantity or more", 'such as "wear_depth_max"'))
+    problems += [one for quantity in quantities for one in unmet_needs("of", quantity, scene)]
     steps = _steps(scene, to, problems)
     if scene.wear is None:
         problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))

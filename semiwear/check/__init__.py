@@ -40,6 +40,8 @@ def geometric_problems(scene: Scene) -> list[Problem]:
     problems: list[Problem] = []
     if kind in KINDS:
         problems += getattr(import_module(f"semiwear.check.{kind}"), f"{kind}_problems")(scene)
+    if not problems and any(hasattr(table, "tip_relief_length_mm") for _, table in scene.effects.present()):
+        problems += import_module("semiwear.check.reliefs").relief_problems(scene)  # of teeth that can be cut
     return [*problems, *_deviation_problems(scene)]
 
 

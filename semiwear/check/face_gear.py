@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from math import cos, pi, sin, tan
+from math import cos, isnan, pi, sin, tan
 from typing import cast
 
 import numpy as np
@@ -124,7 +124,12 @@ def _gear_tip_is_generated(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem
     tooth = mesh.gear
     begin = tooth.profile_from_roll(0.0)
     greatest = float(tooth.height(np.array(mesh.table.gear_inner_radius_mm), begin))
-    if not tooth.gear_addendum < greatest:
+    if isnan(greatest):
+        fix = "the shaper generates no teeth so far out: correct the radii, or the module"
+        yield problem_of(
+            scene, "gear_inner_radius_mm", f"below the pitch radius ({down(tooth.pitch_radius)} mm)", fix
+        )
+    elif not tooth.gear_addendum < greatest:
         fix = f"the shaper's involute ends at its base circle: {_less(mesh, 1.0, greatest)}"
         yield problem_of(scene, "gear_addendum_mm", f"below {down(greatest)} mm", fix)
 

@@ -229,9 +229,10 @@ def _observation(
     wrong = []
     for key in given:
         if key not in names:
+            where, value = (key, shown(given[key])) if key in table else ("file", f"column {key!r}")
             meant = closest(key, names)
             fix = f"did you mean {meant}?" if meant else "remove it"
-            wrong.append(Problem(f"{field}.{key}", shown(given[key]), ", ".join(names), fix))
+            wrong.append(Problem(f"{field}.{where}", value, ", ".join(names), fix))
     needed = [entry.name for entry in fields(kind) if entry.default is MISSING and entry.name not in given]
     wrong += [Problem(f"{field}.{key}", None, "given", "see docs/inference.md") for key in needed]
     problems += wrong

@@ -19,7 +19,7 @@ from semiwear.measured.rigid import DATUM, require_motions
 from semiwear.measured.worn import Measured as MeasuredFlank
 from semiwear.measured.worn import as_wear
 from semiwear.meshing.flank_pair import BODIES
-from semiwear.optimise.quantity import quantity_of
+from semiwear.optimise.quantity import quantity_of, unmet_needs
 from semiwear.scene import Scene
 from semiwear.scene.values import Unreadable, number, numbers, shown
 from semiwear.sweep.measure import Measured
@@ -395,6 +395,8 @@ def _reading_channel(scene: Scene, reading: Reading, field: str) -> Channel:
     if quantity is not None and (quantity.variable.group != "history" or quantity.time != "end"):
         fix = "meshes=0 for an unworn pair; a life is inferred, not observed"
         problems.append(Problem(f"{field}.quantity", reading.quantity, "a variable of /history without a time", fix))
+    elif quantity is not None:
+        problems += unmet_needs(f"{field}.quantity", quantity, scene)
     if problems or quantity is None:
         raise SceneError(problems, "infer")
     meshes = _meshes(scene, reading.meshes, field)

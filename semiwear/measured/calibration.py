@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, sqrt
 
 import numpy as np
@@ -319,14 +319,32 @@ def calibrate(
     ]
     depth = max(_spread(part, motions) for part in worn)
     family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
-    _wear_past(family, worn, motions, progress or NoProgress(), robust=robust)
-    fits = tuple(
-        fit_part(
-            family.curve(reading_of(family, part)), part, motions, robust=robust, confidence=confidence, field=name
-        )
-        for part, name in zip(worn, names, strict=True)
-    )
+    fresh = "" if before is not None else _taken_for_fresh(scene, body)
+    try:
+        _wear_past(family, worn, motions, progress or NoProgress(), fresh, robust=robust)
+        fits = tuple(
+            fit_part(
+                family.curve(reading_of(family, part)), part, motions,
+                robust=robust, confidence=confidence, field=name,
+            )
+            for part, name in zip(worn, names, strict=True)
+        )  # fmt: skip
+    except SceneError as error:
+        raise SceneError([replace(one, fix=f"{one.fix}{fresh}") for one in error.problems]) from None
     return Calibration(scene, body, run, fits, confidence, tuple(worn), family)
+
+
+def _taken_for_fresh(scene: Scene, body: str) -> str:
+    """What flanks are taken to have been before they were worn, where no measurement says."""
+    table = f"effects.modification.{body}"
+    if scene.effects.get(f"modification.{body}") is None:
+        return (
+            f". Without before, the flank is taken to have been nominal: give before, or [{table}] if it was modified"
+        )
+    return (
+        f". Without before, the flank is taken to have been as [{table}] modifies it: give before, or remove that "
+        "table if what was measured is not modified (export_flank writes no modifications)"
+    )
 
 
 def _listed(measured: object) -> list[Value]:
@@ -372,6 +390,7 @@ def _wear_past(
     worn: Sequence[MeasuredWear],
     motions: tuple[str, ...],
     progress: Progress,
+    fresh: str = "",
     *,
     robust: bool = False,
 ) -> None:
@@ -398,5 +417,5 @@ def _wear_past(
             return
     raise ConvergenceError(
         f"wear of {_UM * family.greatest:.3g} um at most is still less than what was measured: check the "
-        "measurement's units and body, or give the datum fewer motions"
+        f"measurement's units and body, or give the datum fewer motions{fresh}"
     )

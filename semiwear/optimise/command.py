@@ -17,7 +17,7 @@ effects.modification.gear.tip_relief_um = {from = 0, to = 60}
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -36,7 +36,8 @@ from semiwear.targets import PAGES, file_target, naming, require_apart, target_p
 __all__ = ["Searched", "run_optimise"]
 
 _OPTIONS = ("minimise", "maximise", "most", "subject_to")
-_NAMES = ("design", *_OPTIONS)
+_DESIGN = "design"
+_NAMES = (_DESIGN, *_OPTIONS)
 _SCENES = (".toml",)
 
 
@@ -76,7 +77,7 @@ def run_optimise(
     read = read_study(study, _NAMES, problems, options=())
     if read is None:
         raise SceneError(problems, study)
-    vary = _ranges(read.tables.get("design"), problems)
+    vary = _ranges(read.tables.get(_DESIGN), problems)
     if read.vary:
         fix = "name ranges and choices under [design]; [vary] is for semiwear sweep"
         problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [design]", fix))
@@ -84,7 +85,7 @@ def run_optimise(
     try:
         plan_search(read.scene, vary, **options, workers=workers)
     except SceneError as error:
-        problems += [problem for problem in error.problems if vary or problem.field != "vary"]
+        problems += [problem for problem in _as_in_the_file(error) if vary or problem.field != _DESIGN]
     if problems:
         raise SceneError(problems, study)
     inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
@@ -94,7 +95,10 @@ def run_optimise(
         name: path for name, path in (("--designs", designs), ("--report", report)) if path is not None
     }
     require_apart(outputs, inputs)
-    best = optimise(read.scene, vary, **options, workers=workers, progress=progress)
+    try:
+        best = optimise(read.scene, vary, **options, workers=workers, progress=progress)
+    except SceneError as error:
+        raise SceneError(_as_in_the_file(error), study) from None
     scene = Path(output)
     with naming(scene):
         scene.write_text(best.scene.to_toml(), encoding="utf-8")
@@ -107,12 +111,17 @@ def run_optimise(
     return Searched("\n".join(lines), best)
 
 
+def _as_in_the_file(error: SceneError) -> list[Problem]:
+    """Problems of `optimise`, its argument `vary` by the table's name."""
+    return [replace(one, field=_DESIGN) if one.field == "vary" else one for one in error.problems]
+
+
 def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, float] | list[object]]:
     """Ranges and choices of `[design]`, as `optimise` takes them."""
     found: dict[str, tuple[float, float] | list[object]] = {}
     if not isinstance(design, Mapping) or not design:
         fix = "name fields with {from = ..., to = ...}, or with a list of choices"
-        problems.append(Problem("design", shown(design), "a table of fields", fix))
+        problems.append(Problem(_DESIGN, shown(design), "a table of fields", fix))
         return found
     for key, told in flat_fields(dict(design)):
         if isinstance(told, Mapping) and set(told) == {"from", "to"}:
@@ -121,5 +130,5 @@ def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, f
             found[key] = told
         else:
             allowed = "{from = ..., to = ...}, or a list of choices"
-            problems.append(Problem(f"design.{key}", shown(told), allowed, "give both ends of the range"))
+            problems.append(Problem(f"{_DESIGN}.{key}", shown(told), allowed, "give both ends of the range"))
     return found

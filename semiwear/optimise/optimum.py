@@ -117,7 +117,7 @@ class Optimum:
             return f"{count}; all limits are kept at twice the resolution"
         return (
             f"{count}; NO design was found that keeps all limits at twice the resolution: this one comes nearest; "
-            "widen the ranges of vary, or the limits"
+            "widen the ranges, or the limits"
         )
 
 

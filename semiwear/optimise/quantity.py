@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
 from semiwear.errors import Problem
+from semiwear.optimise.space import scene_value
 from semiwear.results import VARIABLES, Variable
+from semiwear.scene import Scene
 from semiwear.scene.closest import closest
-from semiwear.scene.values import shown
+from semiwear.scene.schema import SCHEMAS
+from semiwear.scene.values import meant_number, shown
 from semiwear.sweep.measure import Measure, Measured
 
-__all__ = ["Limit", "Quantity", "limits_of", "measure_of_quantities", "quantity_of"]
+__all__ = ["Limit", "Quantity", "limits_of", "measure_of_quantities", "quantity_of", "unmet_needs"]
 
 _GROUPS = ("history", "life")
 _TIMES = ("end", "unworn", "worst")
@@ -114,7 +117,7 @@ class Limit:
 
 def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity | None:
     """A quantity from text; None and a problem where no result has it."""
-    known = {name: entry for (group, name), entry in VARIABLES.items() if group in _GROUPS}
+    known = {name: entry for (group, name), entry in VARIABLES.items() if group in _GROUPS and entry.dtype != "str"}
     match = _TEXT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         fix = 'such as "wear_depth_max", "root_stress_max[pinion]" or "transmission_error_amplitude[worst]"'
@@ -141,6 +144,50 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
     return Quantity(str(text).strip(), entry, bodies[0] if bodies else "", times[0] if times else "end")
 
 
+def unmet_needs(field: str, quantity: Quantity, scene: Scene, varied: Iterable[str] = ()) -> list[Problem]:
+    """Problems of a quantity that results of a scene do not have.
+
+    Parameters
+    ----------
+    field : str
+        That asks for it.
+    quantity : Quantity
+    scene : Scene
+    varied : iterable of str
+        Dotted keys that are still to be given, so that what they bring is not missed.
+    """
+    given = [str(key) for key in varied]
+    missing = [
+        _needed(key, wanted)
+        for key, wanted in quantity.variable.needs.items()
+        if not _has(scene, key, wanted)
+        and not any(f"{one}.".startswith(f"{key}.") or key.startswith(f"{one}.") for one in given)
+    ]
+    if not missing:
+        return []
+    return [
+        Problem(
+            field,
+            quantity.text,
+            "a quantity that results of this scene have",
+            f"give the scene {' and '.join(missing)}",
+        )
+    ]
+
+
+def _has(scene: Scene, key: str, wanted: bool | str) -> bool:
+    value = scene_value(scene, key)
+    if wanted is True:
+        return value is not None
+    return wanted in value if isinstance(value, list) else value == wanted
+
+
+def _needed(key: str, wanted: bool | str) -> str:
+    if wanted is not True:
+        return f'"{wanted}" as {key}' if key != "wear.worn_bodies" else f'"{wanted}" among wear.worn_bodies'
+    return f"[{key}]" if any(key in schema.tables for schema in SCHEMAS.values()) else key
+
+
 def measure_of_quantities(quantities: Sequence[Quantity]) -> Measure:
     """Variables to be read off results for them, of the last wear state alone where no other is asked for."""
     paths = tuple(dict.fromkeys(quantity.path for quantity in quantities))
@@ -162,10 +209,20 @@ def limits_of(subject_to: object, problems: list[Problem]) -> tuple[Limit, ...]:
         for one in (told,) if isinstance(told, str) or not isinstance(told, Sequence) else told:
             match = _LIMIT.fullmatch(one) if isinstance(one, str) else None
             if match is None or not isfinite(float(match["value"])):
-                unit = f" in {quantity.units}" if quantity and quantity.units != "1" else ""
-                problems.append(
-                    Problem(field, shown(one), 'text such as "<= 2.5" or ">= 1e8"', f"give a sign and a number{unit}")
-                )
+                unit = f", in {quantity.units}" if quantity and quantity.units != "1" else ""
+                allowed = f'a sign and a number in quotes, such as "<= 2.5" or ">= 1e8"{unit}'
+                problems.append(Problem(field, shown(one), allowed, _meant_limit(one)))
             elif quantity is not None:
                 found.append(Limit(quantity, float(match["value"]), match["sign"] == "<="))
     return tuple(found)
+
+
+def _meant_limit(told: object) -> str:
+    """Advice for what is no limit: a decimal comma, a unit, another sign or none."""
+    match = re.fullmatch(r"\s*([<>=≤≥]*)(.*)", str(told), re.DOTALL)
+    value = None if match is None else meant_number(match[2])
+    if match is None or value is None or not isfinite(float(value)):
+        return "give a sign and a number"
+    signs = [sign for sign, marks in (("<=", "<≤"), (">=", ">≥")) if set(match[1]) & set(marks)]
+    meant = " or ".join(f'"{sign} {value}"' for sign in (signs if len(signs) == 1 else ("<=", ">=")))
+    return f"did you mean {meant}?"

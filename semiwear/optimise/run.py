@@ -11,7 +11,7 @@ from semiwear.errors import Problem, SceneError
 from semiwear.optimise.designs import Aim, Design, Designs
 from semiwear.optimise.fine import Found, search_finely
 from semiwear.optimise.optimum import Optimum, optimum_of
-from semiwear.optimise.quantity import Limit, limits_of, quantity_of
+from semiwear.optimise.quantity import Limit, limits_of, quantity_of, unmet_needs
 from semiwear.optimise.search import Goal, scan
 from semiwear.optimise.space import Space, space_of
 from semiwear.scene import Scene
@@ -149,6 +149,10 @@ def plan_search(
         problems += error.problems
     aims = _aims(minimise, maximise, problems)
     limits = limits_of(subject_to, problems)
+    asked = [("minimise" if aim.minimise else "maximise", aim.quantity) for aim in aims]
+    asked += [(f"subject_to.{limit.quantity.text}", limit.quantity) for limit in limits]
+    for field, quantity in asked:
+        problems += unmet_needs(field, quantity, scene, vary if isinstance(vary, Mapping) else ())
     if scene.wear is None:
         problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
     count = _COUNT + _COUNT_A_FIELD * (0 if space is None else len(space.fields)) if most is None else most

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from importlib import resources
 from types import MappingProxyType
@@ -64,6 +64,9 @@ class Variable:
         Empty where every value must be a number.
     flags : tuple of str
         Meanings of the integer values 0, 1, ... of a flag variable.
+    needs : mapping
+        What a scene must have for its result to hold it, by dotted key: a value, one of a list, or True for whatever
+        value. Of `/history` and `/life`.
     labels : tuple of str
         The only labels a coordinate can have (``("pinion", "gear")``).
     """
@@ -79,6 +82,7 @@ class Variable:
     absent: str = ""
     flags: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
+    needs: Mapping[str, bool | str] = field(default_factory=dict)
 
     @property
     def path(self) -> str:
@@ -105,6 +109,7 @@ def _entries() -> Iterator[Variable]:
                 absent=reasons[line["absent"]] if "absent" in line else "",
                 flags=tuple(line.get("flags", ())),
                 labels=tuple(line.get("labels", ())),
+                needs=line.get("needs", {}),
             )
 
 

@@ -268,10 +268,15 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
         raise SceneError.of("distributions", shown(distributions), allowed, fix)
     problems = sampling.problems()
     schema = schema_of_scene(scene)
+    read: dict[str, Distribution | None] = {}
     for key in distributions:
         if key not in schema.rules:
             problems += edited(scene, {key: shown(distributions[key])})[1]
-    read = {key: read_distribution(key, raw, scene, problems) for key, raw in distributions.items()}
+    for key, raw in distributions.items():
+        wrong: list[Problem] = []
+        read[key] = read_distribution(key, raw, scene, wrong)
+        # what a misspelt field's distribution lacks may be known of the field that was meant
+        problems += [one for one in wrong if key in schema.rules or one.value is not None]
     matrix = read_correlation(list(read), sampling.correlation, problems)
     known = {key: own for key, own in read.items() if own is not None}
     if problems:

@@ -13,7 +13,7 @@ from semiwear.scene.effect_cross_rules import EFFECT_CROSS_RULES, find_missing_n
 from semiwear.scene.flank_points_rules import FLANK_POINTS_CROSS_RULES
 from semiwear.scene.named_data import NAMED_DATA_RULES, with_named_data
 from semiwear.scene.reading import Reading, read_fields
-from semiwear.scene.schema import Schema, schema_of_data
+from semiwear.scene.schema import Schema, schemas_of_data
 from semiwear.scene.tables import default_worn_bodies
 from semiwear.untyped import Table, Value
 
@@ -23,8 +23,8 @@ __all__ = ["examined", "further_problems", "with_origin"]
 def examined(data: Mapping[str, Value], known: Sequence[Problem]) -> tuple[Reading, list[Problem]]:
     """Fields of nested mappings laid out like a scene file, and what is wrong with them, besides what is known."""
     data = with_named_data(data)
-    schema = schema_of_data(data)
-    reading = read_fields(data, schema)
+    schema, *others = schemas_of_data(data)
+    reading = read_fields(data, schema, kind_is_known=not others)
     # a rule over fields that this kind of gear pair does not have is never applied
     rules = [
         *CROSS_RULES,
@@ -47,9 +47,14 @@ def _with_defaults(reading: Reading, schema: Schema) -> Table:
     """Every value that is known: given, default or derived; None for the control point when there is none."""
     values = reading.given | {key: default for key, default in schema.defaults.items() if reading.lacks(key)}
     for name, derived in schema.derived.items():
-        needs = [f"gear_pair.{need}" for need in derived.needs]
-        if reading.lacks(f"gear_pair.{name}") and all(need in values for need in needs):
-            values[f"gear_pair.{name}"] = derived.formula(*(values[need] for need in needs))
+        key, needs = f"gear_pair.{name}", [f"gear_pair.{need}" for need in derived.needs]
+        if reading.lacks(key) and all(need in values for need in needs):
+            try:
+                values[key] = derived.formula(*(values[need] for need in needs))
+            except (ArithmeticError, ValueError):  # of numbers that no tooth has
+                fix = f"its default cannot be computed from {', '.join(derived.needs)}: correct these, or give it"
+                reading.refused.add(key)
+                reading.problems.append(Problem(key, None, schema.rules[key].allowed, fix))
     if reading.lacks("wear.worn_bodies"):
         # where no coefficient is known, that is the problem
         coefficient, mapping = values.get("wear.coefficient_mm2_per_N"), values.get("numerics.wear_mapping")

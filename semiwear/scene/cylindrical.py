@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from semiwear.scene.declare import declared, filled_in, table
 from semiwear.scene.defaults import DerivedDefault, edge_radius_of, full_round_radius, modules
-from semiwear.scene.rule import Rule, any_number, at_least_zero, between, choice, positive
+from semiwear.scene.rule import Rule, angle, any_number, at_least_zero, between, choice, positive
 from semiwear.scene.rules import watched_body
 from semiwear.scene.values import number, whole
 from semiwear.untyped import Value
@@ -164,9 +164,7 @@ class CylindricalPair:
     normal_module_mm: float = declared(
         positive("the module in the normal section, as of the tool"), "Normal module m_n."
     )
-    pressure_angle_deg: float = declared(
-        between(number, 10.0, 35.0, "in degrees: 20 is usual", "degrees"), "Normal pressure angle."
-    )
+    pressure_angle_deg: float = declared(angle(10.0, 35.0, "in degrees: 20 is usual"), "Normal pressure angle.")
     pinion_face_width_mm: float = declared(
         positive("the length of the pinion's teeth along the axis"), "Face width of the pinion."
     )
@@ -270,7 +268,7 @@ class CylindricalPair:
         beta = radians(self.helix_angle_deg)
         alpha = _transverse(self.pressure_angle_deg, self.helix_angle_deg)
         nominal = 0.5 * self.normal_module_mm * abs(self.pinion_teeth + self.gear_teeth) / cos(beta)
-        cosine = nominal * cos(alpha) / self.centre_distance_mm
+        cosine = nominal * cos(alpha) / self.centre_distance_mm if self.centre_distance_mm > 0.0 else nan
         return acos(cosine) if 0.0 < cosine <= 1.0 else nan
 
     @property

@@ -17,7 +17,7 @@ from semiwear.scene.defaults import (
     rack_tip_radius,
     shaper_tip_radius,
 )
-from semiwear.scene.rule import Rule, at_least_zero, between, choice, positive
+from semiwear.scene.rule import Rule, angle, at_least_zero, between, choice, positive
 from semiwear.scene.values import number, whole
 from semiwear.untyped import Value
 
@@ -58,7 +58,7 @@ class FaceGearPair:
         positive("the module is the pitch diameter divided by the number of teeth"), "Module m."
     )
     pressure_angle_deg: float = declared(
-        between(number, 10.0, 35.0, "in degrees: 20 and 25 are usual", "degrees"),
+        angle(10.0, 35.0, "in degrees: 20 and 25 are usual"),
         "Pressure angle of pinion, shaper and basic rack.",
     )
     gear_inner_radius_mm: float = declared(positive(_RADIUS), "Radius (not diameter) from which the gear has teeth.")

@@ -20,6 +20,7 @@ _SAME_TABLE_BONUS = 0.1
 # Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.
 _EFFECT_MALUS = 0.2
 _MOST_MEANINGS = 3
+_TYPE = "gear_pair.type"
 # Symbols and words of drawings, textbooks and other programs, in small letters without underscores or unit, and the
 # fields that they stand for.
 _OTHER_NAMES = {
@@ -112,8 +113,16 @@ class Reading:
         return table not in OPTIONAL_TABLES and self._expects(parent(table))
 
 
-def read_fields(data: Mapping[str, Value], schema: Schema) -> Reading:
-    """Read every field of a nested mapping by its own rule; report wrong values, unknown names and gaps."""
+def read_fields(data: Mapping[str, Value], schema: Schema, *, kind_is_known: bool = True) -> Reading:
+    """Read every field of a nested mapping by its own rule; report wrong values, unknown names and gaps.
+
+    Parameters
+    ----------
+    data : mapping
+    schema : Schema
+    kind_is_known : bool
+        Whether no other kind of gear pair may be meant: fields of one that may not be are not asked for.
+    """
     reading = Reading(schema)
     unknown: deque[tuple[str, str, Value]] = deque()
     _read_table("", data, reading, unknown)
@@ -124,12 +133,22 @@ def read_fields(data: Mapping[str, Value], schema: Schema) -> Reading:
         table, name, _ = unknown[0]
         reading.problems.append(more_unknown(f"{table}.{name}" if table else name, len(unknown)))
     for key in sorted(schema.required, key=list(schema.rules).index):
-        if reading.lacks(key) and f"{parent(key)}.data" not in reading.refused:
-            table = parent(key)
-            named = f", or {table}.data (semiwear materials)" if f"{table}.data" in schema.rules else ""
-            fix = f"needed by [{table}]: add it{named}"
+        table = parent(key)
+        asked_for = kind_is_known or key == _TYPE or table != parent(_TYPE)
+        if asked_for and reading.lacks(key) and f"{table}.data" not in reading.refused:
+            fix = _missing_fix(key, schema, kind_is_known)
             reading.problems.append(Problem(key, None, schema.rules[key].allowed, fix))
     return reading
+
+
+def _missing_fix(key: str, schema: Schema, kind_is_known: bool) -> str:
+    table = parent(key)
+    if key == _TYPE and not kind_is_known:
+        return "say first which kind it is, its fields follow from that (semiwear fields --kind KIND lists them)"
+    if key == _TYPE:
+        return f'its fields are those of such a pair: add type = "{schema.kind}"'
+    named = f", or {table}.data (semiwear materials)" if f"{table}.data" in schema.rules else ""
+    return f"needed by [{table}]: add it{named}"
 
 
 def _read_table(table: str, raw: Value, reading: Reading, unknown: deque[tuple[str, str, Value]]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import degrees
 
 from semiwear.errors import Problem
 from semiwear.plain_text import one_of
@@ -14,6 +15,7 @@ from semiwear.untyped import Value
 __all__ = [
     "Rule",
     "above",
+    "angle",
     "any_number",
     "anything",
     "at_least_zero",
@@ -81,6 +83,16 @@ def above(limit: float, high: float, fix: str, unit: str = "") -> Rule:
     """A number greater than one limit, up to another."""
     allowed = f"above {limit:g}, up to {high:g} {unit}".rstrip()
     return Rule(number, allowed, lambda value: limit < value <= high, fix)
+
+
+def angle(low: float, high: float, fix: str) -> Rule:
+    """An angle in a closed range of degrees; one below it that would lie in it as radians is told so."""
+
+    def remedy(value: float) -> str:
+        meant = degrees(value)
+        return f"in degrees: this looks like radians, give {meant:.3g}" if value < low <= meant <= high else fix
+
+    return Rule(number, f"{low:g} to {high:g} degrees", lambda value: low <= value <= high, remedy)
 
 
 def any_number(fix: str) -> Rule:

@@ -29,6 +29,7 @@ __all__ = [
     "parent",
     "schema_of_data",
     "schema_of_scene",
+    "schemas_of_data",
     "to_dict",
 ]
 
@@ -158,8 +159,8 @@ SCHEMAS: dict[str, Schema] = {kind: Schema(kind) for kind in KINDS}
 """Schemas by kind of gear pair."""
 
 
-def schema_of_data(data: Mapping[str, Value]) -> Schema:
-    """The schema that nested mappings mean, right or wrong: by the type, else by the names that fit best."""
+def schemas_of_data(data: Mapping[str, Value]) -> list[Schema]:
+    """The schemas that nested mappings may mean, right or wrong: by the type, else by the names that fit best."""
     pair = data.get("gear_pair")
     if not isinstance(pair, Mapping):
         tables = (name for name, table in data.items() if isinstance(table, Mapping))
@@ -167,12 +168,14 @@ def schema_of_data(data: Mapping[str, Value]) -> Schema:
         pair = {} if named is None else data[named]
     kind = pair.get("type")
     if isinstance(kind, str) and (meant := closest(kind, SCHEMAS)) is not None:
-        return SCHEMAS[meant]
+        return [SCHEMAS[meant]]
+    fitting = [sum(f"gear_pair.{name}" in schema.rules for name in pair) for schema in SCHEMAS.values()]
+    return [schema for schema, count in zip(SCHEMAS.values(), fitting, strict=True) if count == max(fitting)]
 
-    def fitting(schema: Schema) -> int:
-        return sum(f"gear_pair.{name}" in schema.rules for name in pair)
 
-    return max(SCHEMAS.values(), key=fitting)
+def schema_of_data(data: Mapping[str, Value]) -> Schema:
+    """The first of the schemas that nested mappings may mean."""
+    return schemas_of_data(data)[0]
 
 
 def schema_of_scene(scene: SceneTables) -> Schema:

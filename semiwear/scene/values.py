@@ -10,7 +10,19 @@ from typing import TypeGuard
 
 from semiwear.untyped import Value
 
-__all__ = ["Reader", "Unreadable", "is_number", "is_whole", "number", "numbers", "shown", "text", "texts", "whole"]
+__all__ = [
+    "Reader",
+    "Unreadable",
+    "is_number",
+    "is_whole",
+    "meant_number",
+    "number",
+    "numbers",
+    "shown",
+    "text",
+    "texts",
+    "whole",
+]
 
 Reader = Callable[[object], Value]
 """Converts a raw value or raises `Unreadable`."""
@@ -58,7 +70,13 @@ def number(raw: object) -> float:
     return value + 0.0  # turns -0.0 into 0.0, so that equal scenes are written alike
 
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?)\s*([^\d\s].{0,20})?\s*", re.ASCII)
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?)\s*([^\d\s.,].{0,20})?\s*", re.ASCII)
+
+
+def meant_number(raw: str) -> str | None:
+    """The number in a text, with a decimal point and without its unit; None where there is none."""
+    found = _NUMBER_AND_UNIT.fullmatch(raw[:_LONGEST_SHOWN])
+    return None if found is None else found[1].replace(",", ".")
 
 
 def _number_in_text(raw: str) -> str:

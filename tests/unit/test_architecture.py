@@ -45,7 +45,7 @@ LAYERS = (
     ("inference",),
     ("sensitivities",),
     ("__init__",),
-    ("console", "completion", "commands"),
+    ("cli_values", "console", "completion", "commands"),
     ("cli",),
     ("__main__",),
 )

@@ -87,6 +87,39 @@ def test_wrong_options_end_with_two(capsys):
     assert ended.value.code == 2 and "usage:" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (
+            "rexs x.rexs -o x.toml --torque 300,5",
+            "--torque: found '300,5'; allowed: greater than 0 -> did you mean 300.5?",
+        ),
+        ("rexs x.rexs -o x.toml --torque=-3", "--torque: found '-3'; allowed: greater than 0"),
+        ("screen spur_fzg_c --threshold 2%", "--threshold: found '2%'; allowed: greater than 0 -> did you mean 2?"),
+        (
+            "calibrate spur_fzg_c x.nc --confidence 95",
+            "--confidence: found '95'; allowed: above 0 and below 1 -> 0.95",
+        ),
+        ("calibrate spur_fzg_c x.nc --meshes 4e7x", "--meshes: found '4e7x'"),
+        ("optimise x.toml -o y.toml --workers 1.5", "--workers: found '1.5'; allowed: whole number, 0 to 1024"),
+        ("export x.nc -o x.csv --wear-step last", "--wear-step: found 'last'; allowed: a whole number"),
+        ("plan spur_fzg_c --set torque", "--set: found 'torque'; allowed: KEY=VALUE -> e.g. --set operation."),
+    ],
+)
+def test_numbers_of_options_tell_what_is_allowed(words, told, capsys):
+    assert main(words.split()) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_options_that_are_wrong_are_told_at_once(capsys):
+    wrong = "--meshes 4,5e7 --life 60um --set a --confidence nan --json"
+    assert main(["calibrate", "spur_fzg_c", "x.nc", *wrong.split()]) == 2
+    error = json.loads(capsys.readouterr().err)
+    told = {one["field"]: one["fix"] for one in error["problems"]}
+    assert told["--meshes"] == "did you mean 4.5e7?" and told["--life"] == "did you mean 60?"
+    assert set(told) == {"--meshes", "--life", "--set", "--confidence"}
+
+
 def test_missing_values_are_null(capsys):
     rigid = ["--set", "numerics.tooth_compliance=rigid", "--set", "operation.pinion_torque_Nm=0.01"]
     assert main(["run", "spur_fzg_c", *SMALL, *rigid, "--json", "-q"]) == 0

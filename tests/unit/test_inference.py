@@ -501,6 +501,17 @@ def test_tables_that_cannot_be_read_are_told(solved, told_of, csv, word):
     assert not solved
 
 
+def test_a_column_of_another_name_is_told_by_its_name(solved, told_of):
+    told = told_of(ALONE.replace("TOP", "") + FROM_FILE, HEAD.replace("height", "hight").encode() + b"500,0,1,0.1\n")
+    assert "wear_at_points[0].file: found \"column 'hight_mm'\"" in told and "did you mean height_mm?" in told
+    assert "array" not in told
+
+
+def test_a_quantity_that_the_scene_has_not_is_no_reading(solved, told_of):
+    told = told_of(ALONE.replace("TOP", "").replace("transmission_error_amplitude", "mesh_efficiency"))
+    assert "reading[0].quantity: found 'mesh_efficiency'" in told and "give the scene [effects.friction]" in told
+
+
 def test_a_table_of_a_spreadsheet_is_read_and_no_list_beside_it(solved, told_of):
     """With a byte order mark; a column and a list of one name would leave one of them out."""
     csv = b"\xef\xbb\xbf" + HEAD.encode() + b"500,0,1,0.1\n"

@@ -137,6 +137,39 @@ def test_plan_shows_what_effects_are_set_to(shipped):
     assert "coefficient = 0.07 (default)" not in told
 
 
+# ---------------------------------------------------------------- angles, lengths
+
+
+def test_angles_in_radians_are_questioned(spur):
+    (told,) = told_of(spur, {"gear_pair.pressure_angle_deg": 0.349})
+    assert told.endswith("this looks like radians, give 20")
+    told = " ".join(str(sw.plan(spur.replace({"gear_pair.helix_angle_deg": 0.26}))).split())
+    assert "unusual: helix_angle_deg = 0.26, is it in radians (14.9 degrees)?" in told
+    assert "unusual" not in str(
+        sw.plan(spur.replace({"gear_pair.helix_angle_deg": 1.0, "gear_pair.centre_distance_mm": None}))
+    )
+
+
+@pytest.mark.parametrize("body", ["pinion", "gear"])
+def test_a_relief_is_no_longer_than_its_flank(shipped, body):
+    table = f"effects.modification.{body}"
+    lengths = {f"{table}.tip_relief_length_mm": 40.0, f"{table}.root_relief_length_mm": 16.0}
+    told = told_of(shipped, lengths)
+    longest = {"pinion": "12.903", "gear": "14.91"}[body]  # along the profile, from root to tip
+    assert len(told) == 2
+    assert all(f"allowed: above 0, up to {longest} mm, the length of the flank's profile" in line for line in told)
+    shipped.replace({key: float(longest) for key in lengths})
+
+
+def test_without_a_kind_of_pair_no_fields_of_one_are_asked_for():
+    for text in ("", "[gear_pair]\npinion_teeth = 20\ngear_teeth = 30\n"):
+        told = [str(one) for one in problems_of(parse_scene, text).values()]
+        assert told[0].startswith("gear_pair.type: missing") and "say first which kind it is" in told[0]
+        assert not any("gear_pair" in line for line in told[1:])
+    told = problems_of(parse_scene, "[gear_pair]\nnormal_module_mm = 20\n")
+    assert told["gear_pair.type"].fix.endswith('add type = "cylindrical"') and "gear_pair.pinion_teeth" in told
+
+
 # ---------------------------------------------------------------- the wear coefficient
 
 

@@ -18,6 +18,7 @@ from semiwear.optimise import command
 from semiwear.optimise import designs as designs_module
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, at_resolution
 from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.optimise.run import plan_search
 from semiwear.optimise.space import space_of
 from semiwear.optimise.surrogate import Surrogate
 from semiwear.simulate import NoProgress
@@ -27,6 +28,8 @@ from semiwear.sweep.scenes import Task
 from tests.strategies.results import synthetic_tree
 
 PINION, GEAR = "effects.modification.pinion.tip_relief_um", "effects.modification.gear.tip_relief_um"
+RELIEFS = ("tip_relief_um", "tip_relief_length_mm", "root_relief_um", "root_relief_length_mm", "crowning_um",
+           "lead_slope_um", "bias_um")  # fmt: skip
 Formula = Callable[[float, float], float]
 
 
@@ -265,6 +268,44 @@ def test_a_limit_is_a_finite_number(text: str) -> None:
     assert "give a sign and a number" in str(problems[0])
 
 
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("<= 3,5", '"<= 3.5"'), ("< 3 MPa", '"<= 3"'), ("≥1e8", '">= 1e8"'), ("=> 2", '">= 2"'),
+        ("2.5", '"<= 2.5" or ">= 2.5"'), (2.5, '"<= 2.5" or ">= 2.5"'),
+    ],
+)  # fmt: skip
+def test_what_is_no_limit_is_answered_with_the_one_that_was_meant(text: object, meant: str) -> None:
+    problems: list = []
+    assert limits_of({"root_stress_max": text}, problems) == ()
+    (problem,) = problems
+    assert problem.fix == f"did you mean {meant}?" and problem.allowed.endswith("in MPa")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "needed"),
+    [
+        ("meshes_to_limit", "[effects.run_life]"),
+        ("hours_to_limit", "[effects.run_life] and operation.pinion_speed_rpm"),
+        ("contact_temperature_max", "[effects.flash_temperature]"),
+        ("wear_depth_max_pinion", '"pinion" among wear.worn_bodies'),
+        ("subsurface_stress_max", '"patch" as numerics.fidelity'),
+    ],
+)
+def test_quantities_that_no_result_of_the_scene_has_are_told_before_anything_runs(
+    scene: sw.Scene, formulas: dict[str, Formula], quantity: str, needed: str
+) -> None:
+    with pytest.raises(sw.SceneError) as caught:
+        sw.optimise(scene, {PINION: (0, 60)}, minimise=quantity, subject_to={quantity: "<= 1"}, workers=0)
+    assert [one.field for one in caught.value.problems] == ["minimise", f"subject_to.{quantity}"]
+    assert all(one.fix == f"give the scene {needed}" for one in caught.value.problems)
+
+
+def test_what_a_design_brings_is_not_missed(scene: sw.Scene) -> None:
+    plan_search(scene, {"effects.run_life.depth_limit_um": (10, 60)}, maximise="meshes_to_limit")
+    plan_search(scene, {"wear.worn_bodies": [["gear"], ["pinion", "gear"]]}, minimise="wear_depth_max_pinion")
+
+
 def test_one_quantity_is_not_to_be_small_and_great(scene: sw.Scene) -> None:
     with pytest.raises(sw.SceneError, match="another quantity than the first"):
         sw.optimise(scene, {PINION: (0, 60)}, minimise="load_share_max", maximise=" load_share_max")
@@ -374,6 +415,19 @@ def test_a_study_is_searched_written_and_reported(
         "did you mean wear_depth_max?",
     ):  # fmt: skip
         assert part in str(caught.value), part
+
+
+def test_a_study_without_a_design_that_works_names_its_table(
+    formulas: dict[str, Formula], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    formulas["/history/wear_depth_max"] = lambda x, y: np.nan
+    fields = "\n".join(f"effects.modification.pinion.{name} = {{from = 1, to = 2}}" for name in RELIEFS)
+    for design in (f"{PINION} = {{from = 0, to = 60}}", f"{fields}\n{fields.replace('pinion', 'gear')}"):
+        study = tmp_path / "study.toml"
+        study.write_text(f'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nmost = 4\n[design]\n{design}\n')
+        assert main(["optimise", str(study), "-o", str(tmp_path / "best.toml"), "--workers", "0", "-q"]) == 2
+        told = capsys.readouterr().err
+        assert "1. design: found" in told and "vary:" not in told
 
 
 def test_the_study_file_of_the_guide_can_run(formulas: dict[str, Formula], tmp_path: Path) -> None:
