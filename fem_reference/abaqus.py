@@ -29,8 +29,6 @@ from numpy.typing import NDArray
 
 from fem_reference.elasticity import ELEMENTS, ElasticBody
 
-__all__ = ["ContactPair", "node_offsets", "write_inp"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.errors import ConvergenceError, SceneError
 
-__all__ = ["Complementarity", "solve_complementarity"]
-
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 

@@ -13,8 +13,6 @@ from fem_reference.solvers import Factor, factorise
 from fem_reference.substructures import compliance_by_parts
 from semiwear.errors import SceneError
 
-__all__ = ["SupportedBody"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

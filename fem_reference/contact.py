@@ -20,16 +20,6 @@ from fem_reference.mortar import Field, Mortar, couple
 from fem_reference.surface import Surface
 from semiwear.errors import SceneError, SemiwearError
 
-__all__ = [
-    "CondensedContact",
-    "ContactMeshError",
-    "ContactPair",
-    "ContactSolution",
-    "PairContact",
-    "condense",
-    "solve_contact",
-]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -19,8 +19,6 @@ from fem_reference.hexahedra import MeshError
 from fem_reference.involute_flank import InvoluteFlank
 from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teeth
 
-__all__ = ["CylindricalSurface", "cylindrical_mesh"]
-
 FloatArray = NDArray[np.float64]
 
 _FILLET_POINTS = 161

@@ -26,8 +26,6 @@ from semiwear.errors import SceneError
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.scene import CylindricalPair, Placement, Scene
 
-__all__ = ["CylindricalMotion"]
-
 FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi

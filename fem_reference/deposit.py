@@ -31,8 +31,6 @@ from fem_reference.pairs import module_of
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 
-__all__ = ["Deposit", "by_roll", "line_offsets", "line_pressures", "marched"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -15,8 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-__all__ = ["Dissection"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -25,8 +25,6 @@ from fem_reference.pair_motion import PairMotion
 from fem_reference.pairs import module_of, pair_motion
 from fem_reference.rigid_lines import RigidLine, effective_modulus
 
-__all__ = ["beside_edges", "reference_half_width"]
-
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 

@@ -23,8 +23,6 @@ from skfem import Element, ElementHex1, ElementHex2, ElementHexS2, MeshHex
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
-__all__ = ["ELEMENTS", "STRESS_COMPONENTS", "ElasticBody"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -21,8 +21,6 @@ from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teet
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.scene import Scene
 
-__all__ = ["FaceGearSurface", "face_gear_mesh"]
-
 FloatArray = NDArray[np.float64]
 
 

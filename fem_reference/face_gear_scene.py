@@ -5,8 +5,6 @@ from __future__ import annotations
 from semiwear.errors import SceneError
 from semiwear.scene import FaceGearPair, Scene
 
-__all__ = ["face_gear_pair"]
-
 
 def face_gear_pair(scene: Scene) -> FaceGearPair:
     """The scene's table ``[gear_pair]``.

@@ -20,8 +20,6 @@ from fem_reference.wear import face_stations
 from semiwear.results import build_tree, provenance
 from semiwear.scene import Scene
 
-__all__ = ["LineMotion", "line_load", "line_motion", "result_groups", "tree_of"]
-
 FloatArray = NDArray[np.float64]
 
 _ZERO_POSITIONS = 24  # of the mesh cycle over which the unloaded, unworn lead is averaged

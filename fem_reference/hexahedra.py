@@ -21,8 +21,6 @@ from skfem.assembly import Dofs
 from fem_reference.elasticity import ELEMENTS
 from semiwear.errors import SemiwearError
 
-__all__ = ["JoinedBlocks", "Lattice", "MeshError", "check_jacobians", "equal_shares", "join_blocks", "with_middles"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

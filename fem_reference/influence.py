@@ -43,8 +43,6 @@ from fem_reference.solvers import factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
 from semiwear.scene import Material, Scene
 
-__all__ = ["OFFSETS", "tooth_influence"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

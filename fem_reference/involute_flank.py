@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.involute import involute_function
 
-__all__ = ["InvoluteFlank"]
-
 FloatArray = NDArray[np.float64]
 
 

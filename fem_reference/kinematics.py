@@ -30,8 +30,6 @@ from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
 
-__all__ = ["PairKinematics", "face_gear_motion"]
-
 FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi

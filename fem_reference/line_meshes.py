@@ -20,8 +20,6 @@ from fem_reference.surface import Surface
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, Refinement, ToothMesh
 from semiwear.errors import SceneError
 
-__all__ = ["FEWEST_TEETH", "WORN_FLANK", "Candidates", "MeshSettings", "candidates", "line_meshes"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -29,8 +29,6 @@ from fem_reference.wear import wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene
 
-__all__ = ["loaded_contact", "mesh_and_solve", "on_loaded_flank", "refuse_effects", "solve_positions", "torque_of"]
-
 FloatArray = NDArray[np.float64]
 
 _WIDER = 2.0  # times the patch of a pair whose contact reached its border

@@ -36,8 +36,6 @@ from fem_reference.segments import bilinear, clip, integration_points, local_coo
 from fem_reference.surface import Surface, sphere_of
 from semiwear.errors import SceneError
 
-__all__ = ["Field", "Mortar", "couple"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

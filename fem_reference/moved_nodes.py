@@ -22,8 +22,6 @@ from fem_reference.solvers import factorise
 from fem_reference.tooth_mesh import LOADED, OPPOSITE, ToothMesh
 from fem_reference.wear import WearDepth
 
-__all__ = ["moved_flanks"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -16,8 +16,6 @@ from scipy.spatial.transform import Rotation
 
 from semiwear.scene import Placement, Scene
 
-__all__ = ["EdgeInsets", "FlankMeeting", "GearFlank", "PairMotion", "Pose", "displacement", "line_speed", "rounded"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -14,8 +14,6 @@ from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh
 from semiwear.errors import SceneError
 from semiwear.scene import CylindricalPair, FaceGearPair, Placement, Scene
 
-__all__ = ["body_mesh", "module_of", "pair_motion", "usual_teeth"]
-
 
 def _refused(scene: Scene) -> SceneError:
     return SceneError.of(

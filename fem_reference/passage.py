@@ -15,8 +15,6 @@ from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 from semiwear.results import Zone
 
-__all__ = ["Passage", "flank_group"]
-
 FloatArray = NDArray[np.float64]
 
 _UM = 1e3

@@ -21,8 +21,6 @@ from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teet
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Scene
 
-__all__ = ["PinionSurface", "pinion_mesh"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -31,8 +31,6 @@ from scipy.interpolate import CubicSpline
 
 from fem_reference.hexahedra import MeshError, equal_shares, with_middles
 
-__all__ = ["Divisions", "Pattern", "Refinement", "ToothSurface", "depth_corners", "face_corners"]
-
 FloatArray = NDArray[np.float64]
 
 _SAG = 0.15  # fall of the tooth's lower border from M to the middle and lean of the sides below M: opens M's angles

@@ -21,8 +21,6 @@ from fem_reference.wear import NoWear, WearDepth
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.scene import Material, Scene
 
-__all__ = ["Forecast", "RigidFlank", "RigidLine", "effective_modulus", "forecast"]
-
 FloatArray = NDArray[np.float64]
 
 _FAR = 1.0  # mm: gaps beyond are alike

@@ -26,8 +26,6 @@ from skfem import MeshHex
 from fem_reference.elasticity import ElasticBody
 from fem_reference.substructures import compliance_by_parts
 
-__all__ = ["RestOfRing"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

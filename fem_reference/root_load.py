@@ -23,8 +23,6 @@ from semiwear.scene import CylindricalPair, Scene
 if TYPE_CHECKING:
     from fem_reference.mesh_position import PairResult
 
-__all__ = ["BODIES", "RootStress", "carried"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -35,8 +35,6 @@ from skfem.quadrature import get_quadrature
 from fem_reference.elasticity import ElasticBody
 from fem_reference.tooth_mesh import LOADED, ToothMesh
 
-__all__ = ["ROOT_FROM", "FilletStress", "fillet_operator", "fillet_stress", "pressure_load"]
-
 _T = TypeVar("_T", bound=np.generic)
 
 FloatArray = NDArray[np.float64]

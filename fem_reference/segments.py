@@ -6,8 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_jacobi, roots_legendre
 
-__all__ = ["bilinear", "clip", "integration_points", "local_coordinates", "signed_area"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

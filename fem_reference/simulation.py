@@ -27,8 +27,6 @@ from fem_reference.wear import FlankWear, wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene
 
-__all__ = ["WEAR_POSITIONS", "simulate"]
-
 FloatArray = NDArray[np.float64]
 
 WEAR_POSITIONS = 18

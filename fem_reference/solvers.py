@@ -21,8 +21,6 @@ from scipy.sparse.linalg import splu
 from fem_reference.substructures import DissectionFactor
 from semiwear.errors import MissingExtraError
 
-__all__ = ["SOLVERS", "Factor", "SlowSolverWarning", "factorise"]
-
 FloatArray = NDArray[np.float64]
 
 SOLVERS = ("pardiso", "dissection", "superlu")

@@ -28,8 +28,6 @@ from scipy.sparse import csc_matrix, csr_matrix, vstack
 from fem_reference.dissection import Dissection
 from semiwear.errors import ConvergenceError
 
-__all__ = ["DissectionFactor", "compliance_by_parts"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -11,8 +11,6 @@ import skfem
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-__all__ = ["Surface", "outward_quads", "sphere_of"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 

@@ -13,8 +13,6 @@ from fem_reference.pair_motion import PairMotion
 from semiwear.errors import SceneError
 from semiwear.geometry.face_slices import slice_middles
 
-__all__ = ["FlankWear", "NoWear", "WearDepth", "face_stations", "flank_profile", "wear_depth_of"]
-
 FloatArray = NDArray[np.float64]
 
 _MM = 1e-3  # mm per um

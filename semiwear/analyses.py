@@ -24,8 +24,6 @@ from semiwear.threads import using_threads
 from semiwear.wear.swept_line import fresh_sweep
 from semiwear.wear.worn import Worn
 
-__all__ = ["loaded_contact", "tooth_contact_analysis"]
-
 
 def tooth_contact_analysis(scene: Scene, placement: Placement | None = None) -> xr.Dataset:
     """Unloaded contact of one tooth pair, from its first to its last touch.

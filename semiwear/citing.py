@@ -10,8 +10,6 @@ from semiwear.references.citations import bibtex
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 
-__all__ = ["citations"]
-
 
 def citations(of: DataTree | Scene) -> str:
     """Sources of the models and data that a run used, or that a scene would use, as BibTeX.

@@ -31,8 +31,6 @@ from semiwear.untyped import Table, Value
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
-__all__ = ["main"]
-
 
 def _any(value: Value) -> bool:
     return True

@@ -12,8 +12,6 @@ from semiwear.scene.rule import Rule
 from semiwear.scene.values import meant_number
 from semiwear.untyped import Value
 
-__all__ = ["assignment", "number_within", "require_readable"]
-
 
 @dataclass(frozen=True)
 class _Unread:

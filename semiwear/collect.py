@@ -27,24 +27,6 @@ from semiwear.wear.volume import map_volume
 if TYPE_CHECKING:
     from semiwear.observers import Observer
 
-__all__ = [
-    "Arrays",
-    "contact_patterns",
-    "coordinates",
-    "engagement",
-    "flank",
-    "history",
-    "mesh_cycle",
-    "observed",
-    "residuals",
-    "slices",
-    "stacked",
-    "subsurface",
-    "volume_residual",
-    "volumes",
-    "wear_maps",
-]
-
 Arrays = dict[str, np.ndarray]
 
 _UM = 1e3  # micrometres in a millimetre

@@ -25,8 +25,6 @@ from semiwear.own_python import command_of, own_environment
 from semiwear.threads import available_threads
 from semiwear.untyped import CompilerPart
 
-__all__ = ["called_by", "compile_ahead"]
-
 _PAUSE = 5e-3  # s between checks of what others have finished
 _MOST = 6  # processes: more of them wait for one another
 _LONGEST = 600.0  # s: a helper that is not ended by then ends by itself

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 from semiwear.errors import MissingExtraError
 
-__all__ = ["PrintCompletion"]
-
 _FILES = ("FILE", "scene", "study", "file", "measured")
 
 

@@ -16,8 +16,6 @@ from typing import TextIO
 from semiwear.errors import SceneError
 from semiwear.untyped import Table, Value
 
-__all__ = ["Streams", "as_json", "error_as_json", "hidden_output", "notes_on_standard_error", "tolerant_streams"]
-
 _OF_THE_COMMAND_LINE = ("semiwear.commands", "semiwear.cli", "semiwear.console")
 
 

@@ -6,8 +6,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["EffectClock"]
-
 
 class EffectClock:
     """Adds up seconds under the names of effects."""

@@ -23,8 +23,6 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import MissingExtraError
 from semiwear.untyped import Value
 
-__all__ = ["CONFIDENCE", "LEAST_RUNS", "Emulator", "emulator_of", "kept_by", "require_emulator"]
-
 CONFIDENCE = 0.95
 """Fraction of new runs within the stated error."""
 

@@ -9,16 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from xarray import DataTree
 
-__all__ = [
-    "ConvergenceError",
-    "EndlessWearError",
-    "MissingExtraError",
-    "Problem",
-    "ResultFileError",
-    "SceneError",
-    "SemiwearError",
-]
-
 
 class SemiwearError(Exception):
     """Base class of the errors that semiwear raises."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["folded_html", "html_table"]
-
 _CELL = "text-align:left;vertical-align:top"
 
 

@@ -23,8 +23,6 @@ from typing import ParamSpec, TypeVar, cast
 
 import numpy as np
 
-__all__ = ["kept_on_disk"]
-
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 

@@ -22,8 +22,6 @@ from numba.core import event
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ZERO", "ensure_cache", "inner_njit", "keep_apart", "njit", "on_first_compilation"]
-
 
 def _counting(counted: bool) -> dict[str, bool]:
     """Option of numba to count references or not; empty if it has none, with which inner kernels are slower."""

@@ -26,8 +26,6 @@ from numba import types
 
 from semiwear.untyped import CompilerPart
 
-__all__ = ["NUMBERS", "ListedKernel", "kernel_list", "lines", "named"]
-
 NUMBERS: dict[str, types.Type] = {"f8": types.float64, "f4": types.float32, "i8": types.int64, "b1": types.boolean}
 _ARRAY = re.compile(rf"(const_)?({'|'.join(NUMBERS)})\[((?::,)*)(:|::1)\]")
 

@@ -28,8 +28,6 @@ from semiwear.wear.step_count import SEARCH_STEPS, life_steps_for_depth, steps_o
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
-__all__ = ["Life", "find_life", "hours_per_mesh", "life_group", "step_lengths_to"]
-
 ReportStep = Callable[[int, int, str], None]
 """Called with the number of steps done, their total, and a description."""
 

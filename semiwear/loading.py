@@ -8,8 +8,6 @@ from semiwear.check import geometric_problems
 from semiwear.scene import Scene
 from semiwear.scene import load_scene as load_unchecked
 
-__all__ = ["load_scene"]
-
 
 def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     """A scene by its shipped name or from a TOML file, checked: ranges and geometric limits together.

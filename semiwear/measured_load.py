@@ -27,8 +27,6 @@ from semiwear.untyped import Table, Value
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["MeasuredLoad", "measured_load"]
-
 _COLUMNS = ("time_s", "torque_Nm", "speed_rpm")
 _COLUMN_OF = {"time": "time_s", "speed": "speed_rpm"}
 _MOST_LEVELS = 200

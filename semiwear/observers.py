@@ -22,8 +22,6 @@ from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
-__all__ = ["Film", "FrictionLoss", "Heat", "Observer"]
-
 Arrays = dict[str, np.ndarray]
 
 

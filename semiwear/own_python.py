@@ -6,8 +6,6 @@ import os
 import sys
 from pathlib import Path
 
-__all__ = ["command_of", "own_environment"]
-
 
 def command_of(module: str, *arguments: str) -> list[str]:
     """Command that runs a module of semiwear, not of a copy of its sources in the working folder."""

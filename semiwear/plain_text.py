@@ -7,18 +7,6 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = [
-    "folded",
-    "lines_of",
-    "one_of",
-    "power_of_ten",
-    "rows_of",
-    "separator_of",
-    "table",
-    "unit_text",
-    "with_decimal_point",
-]
-
 _COLUMNS = 118
 _LEAST = 24  # columns that the last one of a table has at least
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")

@@ -38,8 +38,6 @@ from semiwear.untyped import Table
 from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.worn import Worn
 
-__all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
-
 _T = TypeVar("_T")
 
 QUANTITIES = (

@@ -14,8 +14,6 @@ from semiwear.plan import plan
 from semiwear.plan.ratings import Ratings
 from semiwear.scene import Scene
 
-__all__ = ["FAILS", "NEAR", "nearness"]
-
 FAILS, NEAR = "fails", "near its limit"
 """Verdicts on a mode whose safety is below the required one, or little above it."""
 

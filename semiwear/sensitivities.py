@@ -62,8 +62,6 @@ from semiwear.sweep.scenes import Task, shared_by, shared_solution
 from semiwear.sweep.settled import settled
 from semiwear.threads import available_threads
 
-__all__ = ["sensitivities"]
-
 _STEP = 2e-4  # of a field's value
 _NEAR, _AHEAD = (-1, 1), 2  # steps
 _SIDES = (*_NEAR, _AHEAD, -_AHEAD)

@@ -37,8 +37,6 @@ from semiwear.wear.swept_line import Sweep, fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
 from semiwear.wear.worn import Worn
 
-__all__ = ["ADAPTIVE_STATES", "NoProgress", "Progress", "require_checkpoint", "simulate"]
-
 _LOG = logging.getLogger(__name__)
 
 ADAPTIVE_STATES = 8  # wear states of a run to a number of meshes whose steps follow an accuracy

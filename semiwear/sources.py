@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["MOST_VALUES", "no_pipe", "oversized", "read_dataset"]
-
 MOST_VALUES = 10_000_000
 """Greatest number of values of a variable: far beyond any flank, and loaded within a second."""
 

@@ -12,8 +12,6 @@ from pathlib import Path
 
 from semiwear.errors import Problem, SceneError, SemiwearError
 
-__all__ = ["PAGES", "RESULTS", "file_target", "naming", "replacing", "require_apart", "target_problems"]
-
 RESULTS = (".nc", ".nc4")
 """How the names of result files end."""
 

@@ -18,8 +18,6 @@ import numpy as np
 
 from semiwear.arrays import IntArray
 
-__all__ = ["available_threads", "in_loose_shares", "in_shares", "in_threads", "using_threads"]
-
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 

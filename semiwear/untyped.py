@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CompilerPart", "Options", "Reals", "Table", "Value"]
-
 Value: TypeAlias = Any
 """A value of a scene or of another TOML file, whose type is checked by the rule of its field when it is read."""
 

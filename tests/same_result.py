@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import xarray as xr
 
-__all__ = ["different_variables"]
-
 RUN_DEPENDENT = {"/diagnostics": ("seconds", "effect_seconds")}
 
 

@@ -14,22 +14,6 @@ import semiwear as sw
 from semiwear.errors import Problem
 from semiwear.scene import Scene
 
-__all__ = [
-    "COARSE",
-    "CONFORMAL",
-    "MEDIUM",
-    "NOMINAL_TORQUE",
-    "RIGID",
-    "SHARP",
-    "SHIPPED",
-    "SMALL",
-    "TINY",
-    "UNTIL_MESHES",
-    "Heard",
-    "problems_of",
-    "scene_of",
-]
-
 
 def _grid(face_slices: int, roll_positions: int, profile_points: int, harmonics: int) -> dict[str, Any]:
     return {

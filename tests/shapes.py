@@ -17,8 +17,6 @@ from types import ModuleType
 
 import numpy as np
 
-__all__ = ["documented", "held", "misfit"]
-
 Shape = tuple[str, ...]
 
 _LINE = re.compile(

@@ -21,8 +21,6 @@ from validation.charts import pareto
 from validation.problems import Figure, Method, Setting, WearProblem
 from validation.progress import Progress
 
-__all__ = ["Asked", "Point", "asked_for", "cold_seconds", "cost_of_a_digit", "points_of", "timed"]
-
 _COLD = """
 import time
 start = time.process_time()

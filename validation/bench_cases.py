@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 from math import pi
 from typing import Any, Literal
 
-__all__ = ["CASES", "GROWTH", "BenchCase", "Growth"]
-
 Action = Literal["simulate", "screen", "loaded_contact", "compliance"]
 
 

@@ -14,8 +14,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-__all__ = ["answer", "ready", "scene_of"]
-
 
 def scene_of(request: dict[str, Any]) -> Any:
     """The scene that a request asks for."""

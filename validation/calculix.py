@@ -41,8 +41,6 @@ from fem_reference.tooth_mesh import LOADED, Divisions, FilletGrid
 from semiwear.scene import Scene, load_scene
 from validation.helical_pairs import helical_scene
 
-__all__ = ["CalculixError", "Comparison", "find_ccx", "helical", "hertz", "read_frd", "run", "tooth"]
-
 FloatArray = NDArray[np.float64]
 
 

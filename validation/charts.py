@@ -13,8 +13,6 @@ import numpy as np
 from semiwear.plot.style import styled
 from semiwear.report.markup import element
 
-__all__ = ["COLOURS", "MARKERS", "SIZE", "Draw", "card", "cards", "pareto", "plain_log", "svg"]
-
 SIZE = (4.9, 3.9)
 """Width and height [inch]: at 358 px, what a narrow screen leaves, its 10 pt text is 10 px high."""
 

@@ -27,8 +27,6 @@ from validation.bench_main import ROOT, Worker, checked_out, workers
 from validation.charts import COLOURS, pareto, plain_log
 from validation.problems import FIGURES, METHODS, WEAR_PROBLEMS, Setting, WearProblem
 
-__all__ = ["BEFORE", "STORED", "TimedError", "fastest_within", "stored"]
-
 STORED = Path(__file__).parent / "data" / "error_time.csv"
 NOW, BEFORE = "now", "before"
 _LINE = next(method for method in METHODS if method.name == "line")

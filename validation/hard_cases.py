@@ -22,8 +22,6 @@ from semiwear.results.missing import why_missing
 from semiwear.scene import Placement, Scene
 from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, UNTIL_MESHES, scene_of
 
-__all__ = ["HARD_EXAMPLES", "HardExample", "Outcome", "attempt"]
-
 SMALL_CHANGE = 1e-6
 BALANCE = 1e-9
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}

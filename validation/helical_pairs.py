@@ -29,18 +29,6 @@ from fem_reference.rigid_lines import RigidFlank
 from fem_reference.root_load import BODIES, RootStress
 from semiwear.errors import ResultFileError
 
-__all__ = [
-    "PAIRS",
-    "HelicalPair",
-    "HelicalResult",
-    "core_result",
-    "finite_elements",
-    "helical_scene",
-    "mesh_stiffness",
-    "read",
-    "store",
-]
-
 DATA = Path(__file__).parent / "data" / "helical_pairs.json"
 THIN, THICK = "thin", "thick"
 _BORE = 11.2  # mm, radius of the bore of thick gears

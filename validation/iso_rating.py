@@ -10,8 +10,6 @@ from math import acos, atan, cos, degrees, pi, radians, sin, sqrt, tan
 
 from semiwear.scene import CylindricalPair, Scene
 
-__all__ = ["IsoStresses", "iso_stresses"]
-
 
 @dataclass(frozen=True)
 class IsoStresses:

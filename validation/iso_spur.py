@@ -16,8 +16,6 @@ from semiwear.plan import plan
 from semiwear.scene import CylindricalPair, Scene
 from semiwear.wear.swept_line import fresh_sweep
 
-__all__ = ["IsoRow", "iso_rows"]
-
 
 @dataclass(frozen=True)
 class IsoRow:

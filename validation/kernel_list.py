@@ -26,8 +26,6 @@ import semiwear as sw
 from semiwear.compile_ahead import called_by
 from semiwear.kernel_list import NUMBERS, named
 
-__all__ = ["RUNS", "Compiled", "list_kernels", "type_name"]
-
 ROOT = Path(__file__).parents[1]
 LISTED = ROOT / "semiwear" / "kernel_list.txt"
 RUNS: dict[str, tuple[Callable[[sw.Scene], object], dict[str, Any]]] = {

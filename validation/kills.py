@@ -25,8 +25,6 @@ import semiwear as sw
 from semiwear.results.checkpoint import peek
 from tests.same_result import different_variables
 
-__all__ = ["KINDS", "Trial", "main", "trials"]
-
 _SMALL = {
     "numerics.face_slices": 31,
     "numerics.roll_positions": 12,

@@ -21,8 +21,6 @@ from semiwear.scene import CylindricalPair, Scene, scene_from_dict
 from semiwear.untyped import Table
 from validation.iso_rating import IsoStresses, iso_stresses
 
-__all__ = ["TRENDS", "Compared", "compared", "drawn_scenes", "main", "trend_scenes"]
-
 _SEED = 6336
 _CYCLES = 5e7
 

@@ -40,8 +40,6 @@ from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Status
 from semiwear.untyped import Table, Value
 
-__all__ = ["ALLOWED", "CASES", "SAMPLES", "Case", "behind", "front_of", "optimised", "report", "searched", "stored"]
-
 FloatArray = NDArray[np.float64]
 
 _STORED = Path(__file__).parent / "data" / "optima.json"

@@ -12,8 +12,6 @@ from validation.problems import Problems
 from validation.progress import Progress
 from validation.section import Built, SectionPlan, built
 
-__all__ = ["build_all"]
-
 _heard: Any = None  # in a worker: where its progress goes
 
 

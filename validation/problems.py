@@ -17,22 +17,6 @@ import semiwear as sw
 from semiwear.references import load_reference
 from semiwear.scene import Scene
 
-__all__ = [
-    "FIGURES",
-    "KINDS",
-    "METHODS",
-    "PROBLEMS",
-    "REFERENCE",
-    "WEAR_PROBLEMS",
-    "BlockOnRing",
-    "Figure",
-    "Method",
-    "Problems",
-    "Setting",
-    "WearProblem",
-    "wear_problem",
-]
-
 KINDS: dict[str, tuple[str, ...]] = {
     "wear": ("wear_depth_max_root", "wear_depth_max_addendum", "wear_depth_max_pitch", "wear_depth_control_point"),
     "pressure": ("contact_pressure_root", "contact_pressure_addendum", "contact_pressure_pitch"),

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from typing import Any, Protocol, TextIO
 
-__all__ = ["Bar", "Lines", "NoProgress", "Progress", "progress_on"]
-
 
 class Progress(Protocol):
     """Hears what is going on."""

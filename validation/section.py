@@ -12,8 +12,6 @@ import xarray as xr
 from validation.problems import Problems
 from validation.progress import Progress
 
-__all__ = ["Build", "Built", "Section", "SectionPlan", "built"]
-
 
 @dataclass(frozen=True)
 class Section:

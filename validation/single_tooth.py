@@ -24,8 +24,6 @@ from fem_reference.solvers import factorise
 from fem_reference.tooth_mesh import LOADED, Divisions
 from semiwear.scene import load_scene
 
-__all__ = ["PATH", "table"]
-
 PATH = Path(__file__).parent / "data" / "single_tooth.csv"
 HEIGHTS = (3, 6, 8)  # of ten, growing with the power 1.6: near the root, about the pitch line, near the tip
 STATIONS = 17

@@ -16,8 +16,6 @@ from scipy.linalg import toeplitz
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.errors import ConvergenceError
 
-__all__ = ["EXPLICIT_LIMIT", "StandingContact", "loads_of_strips", "roughness_after", "strips"]
-
 FloatArray = NDArray[np.float64]
 
 CATALAN = 0.915965594177219

@@ -28,8 +28,6 @@ from distributed import Client, LocalCluster
 import semiwear as sw
 from tests.scenes import RIGID, SHIPPED, TINY
 
-__all__ = ["main"]
-
 _EVERY = 50  # scenes, one of which fails for want of iterations
 
 

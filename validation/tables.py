@@ -11,8 +11,6 @@ import xarray as xr
 
 from semiwear.report.markup import element, figure_text, unit_text
 
-__all__ = ["Column", "dataset", "failures_note", "listed", "percent", "power", "text_table", "with_unit"]
-
 Column = tuple[Any, str, str]
 """Values, units and long name."""
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-__all__ = ["BestTorque", "Inferred", "best_torque", "inferred_torque"]
-
 FloatArray = NDArray[np.float64]
 
 

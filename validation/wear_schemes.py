@@ -15,8 +15,6 @@ from semiwear.scene import Scene
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
-__all__ = ["SCHEMES", "SOLVES_A_STEP", "Life", "SchemeRun", "life_of", "solves_for"]
-
 SCHEMES = ("explicit", "implicit", "two-stage")
 SOLVES_A_STEP = {"explicit": 1, "implicit": 3, "two-stage": 5}
 """Solutions of the loaded contact that a wear step is made of: the elastic contact after it; of an implicit step also

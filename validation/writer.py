@@ -16,8 +16,6 @@ import xarray as xr
 from semiwear.report.markup import element, figure_text, table
 from validation.section import Built
 
-__all__ = ["page", "write"]
-
 _STYLE = """
 nav ol { columns: 18rem; margin: .4rem 0 0; }
 nav { background: var(--paper); border: 1px solid var(--line); border-radius: 8px; padding: .7rem 1rem;

@@ -7,8 +7,6 @@ from importlib import import_module
 
 import semiwear as sw
 
-__all__ = ["GROUPS", "PACKAGES", "api_pages", "public_names"]
-
 GROUPS = {
     "Scenes and plans": ("load_scene", "shipped_scenes", "Scene", "Placement", "plan", "screen"),
     "Contact and wear": ("tooth_contact_analysis", "loaded_contact", "simulate"),

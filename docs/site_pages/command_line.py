@@ -6,8 +6,6 @@ import argparse
 
 from semiwear.cli import _parser
 
-__all__ = ["command_line_page"]
-
 _INTRODUCTION = """\
 # Command line
 

@@ -6,8 +6,6 @@ import re
 import tomllib
 from pathlib import Path
 
-__all__ = ["FOR_DEVELOPERS", "FOR_USERS", "extras_tables", "optional_dependencies"]
-
 FOR_USERS = {
     "plot": "Pictures of flanks and histories, and the report with pictures that stand still.",
     "report": "The report with a tooth that can be turned.",

@@ -12,8 +12,6 @@ from semiwear.scene.guide import EXAMPLES, FieldNote, field_notes
 from semiwear.scene.schema import SCHEMAS
 from semiwear.untyped import Table, Value
 
-__all__ = ["effects_page", "field_pages"]
-
 _KINDS = {
     "face_gear": "face gears",
     "cylindrical": "cylindrical gears",

@@ -8,8 +8,6 @@ import semiwear as sw
 from validation.finite_elements import CASES, SCENE, Row, compare
 from validation.sections.finite_elements import BEARS, NAMES, summary
 
-__all__ = ["finite_elements_text"]
-
 _FIGURES = {
     "contact_pressure_max": "greatest pressure",
     "load_share": "load share",

@@ -6,8 +6,6 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
-__all__ = ["setup"]
-
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the renderer; ``html_math_renderer = "mathml"`` chooses it."""

@@ -6,8 +6,6 @@ import re
 from fnmatch import fnmatch
 from pathlib import Path
 
-__all__ = ["more_page"]
-
 
 def more_page(here: Path) -> str:
     """A page that lists them."""

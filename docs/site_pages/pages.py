@@ -12,8 +12,6 @@ from site_pages.more import more_page
 from site_pages.validated import validated_text
 from site_pages.variables import variables_page
 
-__all__ = ["reference_pages", "write_all"]
-
 
 def reference_pages() -> dict[str, str]:
     """File names and texts of the pages of the reference."""

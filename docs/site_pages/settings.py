@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-__all__ = ["THEME", "gallery"]
-
 THEME: dict[str, Any] = {
     "logo": {"text": "semiwear"},
     "navbar_align": "left",

@@ -8,8 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-__all__ = ["validated_text"]
-
 _SECTIONS = ("closed_forms", "finite_elements", "helical_pairs")
 _SCRIPT = """
 import html, sys

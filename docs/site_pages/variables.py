@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from semiwear.results import COORDINATES, GROUPS, Variable
 from semiwear.results.schema import variables_of
 
-__all__ = ["variables_page"]
-
 _INTRODUCTION = """\
 # Variables of a result
 

@@ -17,16 +17,6 @@ from dataclasses import dataclass
 from semiwear.results.kinds import Errors, kind_of
 from semiwear.scene.tables import Numerics
 
-__all__ = [
-    "PARAMETERS",
-    "Contribution",
-    "Parameter",
-    "chosen_resolution",
-    "contributions_at",
-    "parameters_of",
-    "together",
-]
-
 _REFINED = 1.2  # factor of one refinement
 _OF_WEAR = frozenset({"wear_depth", "load_share_max", "transmission_error"})  # kinds of quantities
 

@@ -27,8 +27,6 @@ from semiwear.scene import Scene
 from semiwear.simulate import ADAPTIVE_STATES, NoProgress, Progress, require_checkpoint
 from semiwear.simulate import simulate as simulate_as_given
 
-__all__ = ["ROUNDS", "round_checkpoint", "simulate"]
-
 ROUNDS = 3  # final runs at most
 _SHARE = 0.85  # of the accuracy for the resolution; errors add as squares, so that half is left for the wear steps
 _PILOT_STATES = 4  # worn states of a coarse run

@@ -31,8 +31,6 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
 
-__all__ = ["cylindrical_problems"]
-
 _USUAL = "spur_fzg_c"
 _SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
 _MOST_ROLLS = 2.9  # from the pitch point: farther no tooth pair is looked for

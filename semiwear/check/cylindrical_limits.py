@@ -18,18 +18,6 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.scene import CylindricalPair
 from semiwear.scene.cylindrical import zero_backlash_distance
 
-__all__ = [
-    "deepest_rolls",
-    "edge_limits",
-    "least_profile_shift",
-    "pointed_diameter",
-    "root_limits",
-    "teeth_of",
-    "tight_distance",
-    "tip_limits",
-    "tip_passage",
-]
-
 _MOST_MODULES = 8.0  # above the reference cylinder: teeth of any usual pressure angle are pointed below
 
 

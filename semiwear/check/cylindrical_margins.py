@@ -23,8 +23,6 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import CylindricalPair, Placement, Scene
 
-__all__ = ["cylindrical_margins"]
-
 _JAM = 1e-3  # modules: a centre distance is met by shifts written with a few digits
 
 

@@ -25,8 +25,6 @@ from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.scene import ControlPoint, FaceGearPair, Placement, Scene
 
-__all__ = ["edge_limits", "face_gear_problems"]
-
 
 def face_gear_problems(scene: Scene) -> list[Problem]:
     """Problems of a face gear pair's teeth; see `semiwear.check.geometric_problems`."""

@@ -18,8 +18,6 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.scene import FaceGearPair, Placement, Scene
 
-__all__ = ["face_gear_margins"]
-
 
 def face_gear_margins(scene: Scene) -> Iterator[Margin]:
     """Limits of a face gear pair's teeth; see `semiwear.check.margins.check_geometry`."""

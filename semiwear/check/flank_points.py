@@ -17,8 +17,6 @@ from semiwear.meshing.point_flanks import point_flanks, point_flanks_or_problems
 from semiwear.meshing.tooth_contact import separation_of_neighbours
 from semiwear.scene import FlankPointsControlPoint, FlankPointsPair, Placement, Scene
 
-__all__ = ["flank_points_problems"]
-
 _SEARCH = (3, 8)  # roll positions to either side of the pitch point, steps to a roll
 
 

@@ -15,8 +15,6 @@ from semiwear.meshing.point_flanks import point_flanks_or_problems
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.scene import FlankPointsPair, Placement, Scene
 
-__all__ = ["flank_points_margins"]
-
 
 def flank_points_margins(scene: Scene) -> Iterator[Margin]:
     """Limits of flanks given as points; see `semiwear.check.margins.check_geometry`."""

@@ -13,8 +13,6 @@ from semiwear.errors import Problem
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import Scene
 
-__all__ = ["FAILURES", "Limit", "crossing", "down", "find_problems", "problem_of", "up", "watched_point"]
-
 _Mesh = TypeVar("_Mesh")
 _Point = TypeVar("_Point")
 

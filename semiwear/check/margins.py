@@ -20,8 +20,6 @@ from semiwear.plain_text import folded, table
 from semiwear.scene import Scene, load_scene
 from semiwear.untyped import Table
 
-__all__ = ["GeometryCheck", "Margin", "check_geometry", "margin"]
-
 _CLOSE = 1e-5  # of a limit
 
 

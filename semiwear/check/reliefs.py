@@ -11,8 +11,6 @@ from semiwear.errors import Problem
 from semiwear.meshing.pairs import flank_pair
 from semiwear.scene import Placement, Scene
 
-__all__ = ["relief_problems"]
-
 _STATIONS = 9  # along the face, where the length of a profile is looked at
 
 

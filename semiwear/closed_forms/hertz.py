@@ -11,14 +11,6 @@ from scipy.special import elliprd, elliprf
 
 from semiwear.arrays import FloatArray
 
-__all__ = [
-    "EllipticContact",
-    "effective_modulus",
-    "elliptic_contact",
-    "line_contact_half_width",
-    "line_contact_pressure",
-]
-
 _LEAST_COMPLEMENT = 1e-14  # of 1 - e^2, the square of the half-axes' ratio
 
 

@@ -9,8 +9,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import njit
 
-__all__ = ["love_coefficients"]
-
 _CLOSED = 2  # offsets, in cells, up to which the closed form keeps its digits
 _FEW = 25.0  # half short sides between rectangle and singularity from which four Gauss points suffice
 _SMALL = 1e-3  # square of the argument below which the series of asinh suffices

@@ -18,8 +18,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["COMPONENTS", "corner_stress", "point_stress", "rectangle_stress"]
-
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 

@@ -20,8 +20,6 @@ from scipy.special import elliprd
 from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["stripe_integral_to", "stripe_kernel", "stripe_table"]
-
 _TABLE_START = 0.01  # distance over half-width below which the logarithmic limit is used
 _TABLE_END = 1000.0  # and beyond which the kernel is 1/s
 _TABLE_NODES = 400

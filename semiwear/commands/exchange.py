@@ -12,8 +12,6 @@ from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.targets import PAGES, file_target, naming, replacing, require_apart
 from semiwear.untyped import Table
 
-__all__ = ["export", "new", "report", "rexs"]
-
 
 def new(options: argparse.Namespace) -> Table:
     """Write a commented scene to start from; beside flanks as points, the two files that it names."""

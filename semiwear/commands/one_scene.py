@@ -10,8 +10,6 @@ from semiwear.plot.geometry import geometry_figure
 from semiwear.targets import file_target, replacing
 from semiwear.untyped import Table
 
-__all__ = ["calibrate", "geometry", "screen"]
-
 
 def screen(options: argparse.Namespace, scene: sw.Scene) -> Table:
     """Print which effects a scene calls for."""

@@ -11,8 +11,6 @@ from semiwear.kernel_cache import on_first_compilation
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["ProgressBar"]
-
 _LOG = logging.getLogger(__name__)
 
 _COMPILES = "compiling, which takes up to a minute; later runs find what was compiled ..."

@@ -13,8 +13,6 @@ from semiwear.results.checkpoint import peek
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
-__all__ = ["checkpoint_of", "kept_steps", "require_options", "require_outputs"]
-
 
 def checkpoint_of(output: str) -> Path:
     """Where a run with this result keeps its finished wear steps."""

@@ -23,8 +23,6 @@ from semiwear.results.deep_steps import deep_steps
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.untyped import Table
 
-__all__ = ["run"]
-
 _LOG = logging.getLogger(__name__)
 
 _AFTER_A_STOP = (

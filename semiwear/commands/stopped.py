@@ -9,8 +9,6 @@ from semiwear.commands.run_files import kept_steps
 from semiwear.sweep.command import store_of
 from semiwear.sweep.store import kept_scenes
 
-__all__ = ["kept"]
-
 
 def kept(options: argparse.Namespace) -> str:
     """Wear steps or scenes from which the command can go on; nothing if there are none."""

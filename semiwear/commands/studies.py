@@ -12,8 +12,6 @@ from semiwear.scatter.command import SCATTER, prepare_study
 from semiwear.sweep.command import run_study
 from semiwear.untyped import Table
 
-__all__ = ["infer", "optimise", "sweep"]
-
 
 def sweep(options: argparse.Namespace) -> Table:
     """Solve the scenes of a study file."""

@@ -11,8 +11,6 @@ from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
 from semiwear.results.wearing import control_place, life_bodies, shown_bodies
 
-__all__ = ["life_sentence", "wear_table"]
-
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
     ("control {} [um]", "wear_depth_control_point", "{:.1f}"),

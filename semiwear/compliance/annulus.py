@@ -26,8 +26,6 @@ from semiwear.arrays import FloatArray
 from semiwear.compliance.pitch_chain import unknowns_of
 from semiwear.compliance.section_elements import elasticity
 
-__all__ = ["Annulus"]
-
 _THROUGH = 6  # elements through the wall
 _ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the one between, and from there to the held one
 _TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder, in the logarithm of the radius

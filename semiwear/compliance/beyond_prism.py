@@ -21,8 +21,6 @@ from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
-__all__ = ["BeyondOnLines", "WheelInfluence", "wheel_influence"]
-
 
 @dataclass(frozen=True)
 class WheelInfluence:

@@ -9,8 +9,6 @@ from scipy.linalg import cholesky, solve_triangular
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["solve_block_band"]
-
 
 def solve_block_band(band: FloatArray, right: FloatArray) -> FloatArray:
     """Solution of a system whose matrix is symmetric and positive definite; both arguments are overwritten.

@@ -7,8 +7,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["CUBIC", "cubic_at", "cubic_weights"]
-
 CUBIC = 4
 """Neighbours that a cubic takes in, where there are as many nodes."""
 

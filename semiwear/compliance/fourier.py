@@ -19,8 +19,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.lanes import lane_count, lanes_of, load, store
 from semiwear.kernel_cache import ZERO, njit
 
-__all__ = ["convolve", "frequencies", "half_steps", "in_lanes", "work_size"]
-
 _COS_72, _SIN_72 = -0.25 + 5**0.5 / 4, (0.625 + 5**0.5 / 8) ** 0.5
 _COS_144, _SIN_144 = -0.25 - 5**0.5 / 4, (0.625 - 5**0.5 / 8) ** 0.5
 _SIN_60 = 0.75**0.5

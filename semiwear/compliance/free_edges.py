@@ -44,8 +44,6 @@ from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders
 
-__all__ = ["EdgeDistance", "FreeBody", "FreeEdges", "image_factor", "wedge_factor"]
-
 _NEAREST = 0.5  # half-widths: distance at which slices nearer to an edge are held
 _LEAST_DEPTH = 1.5  # half-widths, as for the half-space itself
 _SHARPEST = 100.0 / 90.0  # of a right angle: beyond that the image is not known

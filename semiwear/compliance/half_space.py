@@ -18,8 +18,6 @@ from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
 from semiwear.untyped import Reals
 
-__all__ = ["GridPlans", "HalfSpace", "fast_length", "grid_plans"]
-
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
 _MOST_KEPT = 64 * 2**20  # bytes of coefficients and spectra together

@@ -34,8 +34,6 @@ from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.quadratic import quadratic_weights
 from semiwear.geometry.inclined_foot import FootRing
 
-__all__ = ["OFFSETS", "POLYNOMIALS", "RingInfluence", "elements_along", "ring_influence"]
-
 OFFSETS = np.arange(-4, 5)
 """Teeth between the observed and the loaded one, counted towards where the load pushes."""
 

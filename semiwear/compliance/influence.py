@@ -25,8 +25,6 @@ from semiwear.sources import MOST_VALUES, oversized, read_dataset
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
-
 _FIELD = "numerics.tooth_compliance"
 _VARIABLES = {
     "load_face": ("body", "station"),

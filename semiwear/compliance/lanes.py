@@ -17,8 +17,6 @@ from numpy.typing import DTypeLike
 from semiwear.kernel_cache import keep_apart, njit
 from semiwear.untyped import CompilerPart
 
-__all__ = ["VECTORISED", "lane_count", "lanes_of", "load", "store"]
-
 
 @njit(cache=True)
 def _one(array):  # type: ignore[no-untyped-def]

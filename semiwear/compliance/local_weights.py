@@ -10,8 +10,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.cubics import CUBIC
 from semiwear.kernel_cache import njit
 
-__all__ = ["LocalWeights", "between_points", "seen_by_points"]
-
 
 class LocalWeights(NamedTuple):
     """Weights of points on neighbouring nodes; P points, w neighbours.

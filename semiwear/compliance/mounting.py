@@ -23,8 +23,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 
-__all__ = ["Mounting", "MountingSprings"]
-
 
 @dataclass(frozen=True)
 class MountingSprings:

@@ -22,8 +22,6 @@ from scipy.sparse.linalg import eigsh
 from semiwear.arrays import FloatArray
 from semiwear.compliance.section_mesh import SectionMesh
 
-__all__ = ["EndJumps"]
-
 
 @dataclass(frozen=True)
 class EndJumps:

@@ -19,18 +19,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.section_mesh import SectionMesh
 from semiwear.geometry.section import RingRim, ToothSection
 
-__all__ = [
-    "DEFLECTION_OFFSETS",
-    "STRESS_OFFSETS",
-    "Condensed",
-    "HarmonicMatrices",
-    "Pitch",
-    "PitchRows",
-    "join",
-    "symmetric_factor",
-    "unknowns_of",
-]
-
 HarmonicMatrices = tuple[csc_matrix, csc_matrix, csc_matrix]
 """Sparse K0, K1, K2 of the stiffness K0 + k K1 + k^2 K2 at wave number k; unknowns 3 node + (u, v, w)."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["along_width", "derivatives"]
-
 
 def along_width(place: FloatArray, count: int) -> FloatArray:
     """Orthonormal polynomials at places.

@@ -42,11 +42,6 @@ from semiwear.compliance.section_mesh import SectionMesh, SectionMeshError, elem
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
-__all__ = [
-    "PrismSection",
-    "prism_section",
-]
-
 
 @dataclass(frozen=True)
 class PrismSection:

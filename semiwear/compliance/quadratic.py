@@ -6,8 +6,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["quadratic_slopes", "quadratic_values", "quadratic_weights"]
-
 
 def quadratic_values(at: FloatArray) -> FloatArray:
     """Quadratic shape functions on -1 to 1."""

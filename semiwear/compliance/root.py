@@ -10,8 +10,6 @@ from semiwear.compliance.cubics import CUBIC, cubic_at
 from semiwear.compliance.prism import PrismSection
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["ROOT_FROM", "ROOT_POINTS", "ROOT_STATIONS", "at_root", "greatest_along_root", "loads_by_height"]
-
 ROOT_FROM = 0.3
 """Share of the fillet's length, from the flank's end, in which stress is no root stress: a load beside the fillet
 leaves the stress of its own contact there, while the notch's own greatest stands lower, wherever the load."""

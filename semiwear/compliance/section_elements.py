@@ -16,20 +16,6 @@ from semiwear.compliance.pitch_chain import HarmonicMatrices
 from semiwear.compliance.quadratic import quadratic_slopes, quadratic_values
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians
 
-__all__ = [
-    "elasticity",
-    "fillet_edges",
-    "fillet_shares",
-    "gradients",
-    "harmonic_integrals",
-    "mid_surface",
-    "node_rows",
-    "plane_strains",
-    "section_integrals",
-    "shape_values",
-    "strain_integrals",
-]
-
 
 def harmonic_integrals(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:
     """K0, M and K2 of the stiffness K0 + k (M + M') + k^2 K2 of cosines along z, of wave number k.

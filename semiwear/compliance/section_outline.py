@@ -15,21 +15,6 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 
-__all__ = [
-    "Plane",
-    "SectionMeshError",
-    "check_outline",
-    "fillet_stations",
-    "flank_stations",
-    "foot_height",
-    "frame_of",
-    "least_radius",
-    "load_heights",
-    "midpoints",
-    "point_below_tooth",
-    "root_land",
-]
-
 TOWARDS_FILLET = 1.6
 """Exponent by which load heights spread out from the fillet to the tip."""
 

@@ -6,8 +6,6 @@ from typing import Protocol
 
 from semiwear.arrays import FloatArray, IntArray
 
-__all__ = ["SliceCompliance"]
-
 
 class SliceCompliance(Protocol):
     """Something that yields under the contact forces besides the half-space and the teeth."""

@@ -19,8 +19,6 @@ from semiwear.compliance.section_mesh import elements_at_root, section_mesh
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
-__all__ = ["strained_root"]
-
 
 @kept_on_disk
 def strained_root(section: ToothSection, *, poissons_ratio: float) -> tuple[FloatArray, FloatArray]:

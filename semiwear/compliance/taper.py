@@ -50,8 +50,6 @@ from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 from semiwear.threads import in_threads
 
-__all__ = ["Taper", "tapered"]
-
 _OFFSETS = (-1, 0, 1)  # pitches of the tapering tooth
 _SHAPE_TOLERANCE = 1e-4  # of the energy of the strongest shape
 _SHAPE_WAVES = (0, 2, 6, 16)  # harmonics whose answers the shapes come from

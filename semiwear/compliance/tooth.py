@@ -23,16 +23,6 @@ from semiwear.compliance.root import ROOT_FROM, ROOT_STATIONS, at_root, greatest
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.taper import Taper
 
-__all__ = [
-    "BodyOnLines",
-    "CompliantBody",
-    "ElasticTeeth",
-    "LinePlaces",
-    "OfModulus",
-    "ToothBody",
-    "line_compliance",
-]
-
 _MOST_KEPT = 2**27  # bytes of compliance between points, about
 
 

@@ -32,8 +32,6 @@ from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS, Stretch
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
-__all__ = ["EndEffect", "depth_of_ground", "end_effect"]
-
 _GROUND = 0.67  # depth of the ground below the root, as a share of the tooth's height: a module and a half
 
 

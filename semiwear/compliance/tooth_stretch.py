@@ -35,8 +35,6 @@ from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.compliance.section_outline import frame_of
 from semiwear.geometry.section import ToothSection
 
-__all__ = ["HEIGHTS", "ORDERS", "Stretch", "StretchInfluence"]
-
 HEIGHTS = 5
 """Load heights of the stretch."""
 

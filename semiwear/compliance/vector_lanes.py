@@ -19,8 +19,6 @@ from numba.extending import intrinsic, models, register_model
 from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart
 
-__all__ = ["BYTES", "lanes_of", "load", "store", "work"]
-
 BYTES = 32  # of a vector: twice as much does not pay, since the numbers of a transform leave the first-level cache
 _IR = {types.float32: ir.FloatType(), types.float64: ir.DoubleType()}
 

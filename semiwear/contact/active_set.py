@@ -20,18 +20,6 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import inner_njit, njit
 
-__all__ = [
-    "ActiveSetStatus",
-    "ActiveSetWork",
-    "active_set_work",
-    "cholesky_solve",
-    "correct_forces",
-    "separate",
-    "solve_active_set",
-    "solve_active_set_in",
-    "substitute",
-]
-
 _AT_ONCE = 20  # sets in which all points may change; then one point at a time, which always ends
 _ROUNDING = 1e-13  # of gap and approach
 

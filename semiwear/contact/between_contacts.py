@@ -21,8 +21,6 @@ from semiwear.arrays import BoolArray, FloatArray
 from semiwear.kernel_cache import njit
 from semiwear.untyped import Reals
 
-__all__ = ["BetweenContacts", "border_squared_over_area"]
-
 _SQUARE = 1.5  # sides of a cell whose ratio is less are halved together
 _COARSEST = 4  # cells along either side of a grid that is not coarsened further
 

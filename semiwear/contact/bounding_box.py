@@ -17,8 +17,6 @@ from semiwear.contact.nested_grids import coarsen, refine_pressure
 from semiwear.kernel_cache import njit
 from semiwear.untyped import Reals
 
-__all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
-
 Box = tuple[slice, slice]
 
 _DENSE_CELLS = 160  # candidates up to which a Cholesky factor is faster than transforms

@@ -9,8 +9,6 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.kernel_cache import njit
 
-__all__ = ["ContactCertificate", "Residuals", "residuals_of"]
-
 
 @dataclass(frozen=True)
 class ContactCertificate:

@@ -34,25 +34,6 @@ from semiwear.contact.iteration_errors import IterationErrors
 from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart, Reals
 
-__all__ = [
-    "CONVERGED",
-    "FIRST_REACH",
-    "GOES_ON",
-    "NOT_CONVERGED",
-    "NOT_POSITIVE",
-    "STATUSES",
-    "Complementarity",
-    "ComplementarityStatus",
-    "Compliance",
-    "Preconditioner",
-    "advance",
-    "downhill_change",
-    "judged",
-    "search_direction",
-    "separation_left",
-    "solve_complementarity",
-]
-
 FIRST_REACH = 0.7
 """Step length along the first direction: the preconditioner is an inverse within a factor of two."""
 _CAUTION = 0.7  # along later ones, relative to the best length before: rather short, as cut steps end at one

@@ -10,8 +10,6 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 
-__all__ = ["ContactConditions"]
-
 
 @dataclass(frozen=True, eq=False)
 class ContactConditions:

@@ -28,8 +28,6 @@ from semiwear.contact.footprint import CLOSED, centred_segment, open_part, root_
 from semiwear.contact.gap import lowest
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["closed_alone", "highest_that_bears", "lowest_of", "part_of", "share_of_edge"]
-
 _STEADY = 0.75  # a: fitted to the main job with both flanks worn, where some shares oscillate with 0.5 and with 1
 _HALVINGS = 12
 _FAR = 8.0  # times what a Hertz contact closes by itself: beyond, only the nearer one touches

@@ -11,8 +11,6 @@ from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 
-__all__ = ["Fidelity", "SolveLoads", "WithEdges"]
-
 
 class SolveLoads(Protocol):
     """Shares the torque of every mesh position among the slices of all tooth pairs."""

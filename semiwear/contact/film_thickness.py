@@ -10,14 +10,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 
-__all__ = [
-    "FilmThickness",
-    "dowson_higginson_minimum",
-    "dowson_toyoda_central",
-    "hamrock_dowson_central",
-    "hamrock_dowson_minimum",
-]
-
 
 def dowson_higginson_minimum(speed: FloatArray, material: float, load: FloatArray) -> FloatArray:
     """Least film of a line contact, H = h/R = 2.65 G^0.54 U^0.70 W^-0.13.

@@ -13,8 +13,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.flank_grid import change_above, slope_at
 
-__all__ = ["MOST_PARTS", "FineRow", "fill_row", "fine_row", "forget_row", "parts_of_cells"]
-
 MOST_PARTS = 32
 
 

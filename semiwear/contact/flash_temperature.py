@@ -11,8 +11,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 
-__all__ = ["FlashTemperature"]
-
 _EULER = float(np.euler_gamma)
 _FAST = 1.11 / 2.0  # k theta sqrt(Pe) / heat per length, Pe -> infinity: Blok's 1.11 with 2b and Pe = v b/(2 kappa)
 _SLOW = 4.0 * exp(0.5 - _EULER)  # k theta / heat per length = ln(_SLOW/Pe)/pi, Pe -> 0

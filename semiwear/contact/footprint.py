@@ -42,24 +42,6 @@ from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_loose_shares
 
-__all__ = [
-    "BESIDE",
-    "CLOSED",
-    "OF_PRESSED_EDGES",
-    "Footprints",
-    "Reach",
-    "closed_between",
-    "depth_of",
-    "footprints",
-    "look_within",
-    "open_part",
-    "reach_space",
-    "reached",
-    "root_of",
-    "segment",
-]
-
-
 _LEAST_BEND = 5e-7  # least curvature of a gap times the half-width: keeps the footprint of a flat gap finite
 _FEW = 12  # cells: among so few it does not pay to look for the closed ones
 CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for the curvature between nodes

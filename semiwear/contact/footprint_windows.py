@@ -28,8 +28,6 @@ from semiwear.meshing.flank_grid import FlankGrid, first_from
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_loose_shares
 
-__all__ = ["narrow", "widest"]
-
 
 @inner_njit(cache=True, error_model="numpy", nogil=True)
 def _widest(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore[no-untyped-def]

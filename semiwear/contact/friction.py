@@ -11,8 +11,6 @@ from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.traction import full_sliding_speed, share_of_full_friction
 
-__all__ = ["Friction", "effective_lever", "mesh_efficiency", "power_loss"]
-
 _LEAST_LINE_LOAD = 150.0  # N/mm; below it the coefficient is held, as ISO/TR 13989-2:2000 holds it
 _LEAST_SUM_SPEED = 1.0  # m/s
 _WATT = 1e-3  # of one N mm/s

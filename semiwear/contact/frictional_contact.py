@@ -23,8 +23,6 @@ from semiwear.contact.traction import full_sliding_speed, share_per_speed
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
-__all__ = ["ROUGHLY", "FrictionalContact"]
-
 ROUGHLY = 1e-4
 """Tolerance of the torque while quantities that depend on the loads have not settled."""
 

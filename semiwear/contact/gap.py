@@ -16,29 +16,6 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, first_from, locate, slopes_of_cell, smooth_value
 from semiwear.meshing.removed import Removed
 
-__all__ = [
-    "ON_EDGES",
-    "FlankGap",
-    "FreshCurve",
-    "SliceGap",
-    "add_arc",
-    "fresh_at",
-    "fresh_curve",
-    "fresh_gap",
-    "fresh_on",
-    "fresh_slope",
-    "gap_at",
-    "gap_of_flanks",
-    "lowest",
-    "most_places",
-    "outline",
-    "reaches_ends",
-    "removed_at",
-    "rises_within",
-    "slice_gap",
-    "varies_by",
-]
-
 _SAME = 1e-9  # of the height of a slice: a node within this distance of an end lies there, on either side
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 ON_EDGES = 2 * _ARC_NODES + 2  # places of an outline on edges and at borders, at most

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["IterationErrors"]
-
 _SINGLE_PRECISION = 2e-7  # times cells a side: error of the pressure (a quarter of it on fine grids)
 _STALLS = 20  # iterations in which no error is less than nine tenths of an earlier one
 _NO_GAIN = 0.5  # of the last error with an exact displacement: an error above it is rounding

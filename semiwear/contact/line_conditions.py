@@ -12,8 +12,6 @@ from semiwear.contact.loads import TeethLoads
 from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
-__all__ = ["line_conditions"]
-
 
 def line_conditions(
     problem: ContactProblem, loads: TeethLoads, worn: Footprints, speeds: SurfaceSpeeds

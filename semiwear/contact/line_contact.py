@@ -27,8 +27,6 @@ from semiwear.contact.slice_pressure import solve_slices
 from semiwear.errors import ConvergenceError
 from semiwear.threads import in_shares
 
-__all__ = ["LINE", "SMOOTH_LINE", "SMOOTH_WIDTH_TOLERANCE", "line_pressures", "solve_lines", "with_pressed_edges"]
-
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _ROUGH_WIDTH_TOLERANCE = 1e-3  # of the same, for loads that serve only as a start or for a step length
 SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth

@@ -19,8 +19,6 @@ from semiwear.contact.rounded_contact import solve_rounded
 from semiwear.contact.stripe import NearPairs, add_pairs, average_along_lines, near_stripe
 from semiwear.kernel_cache import inner_njit, njit
 
-__all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
-
 _SETS = 400  # active sets tried for one matrix
 _CORRECTIONS = 12  # with one factor; if these are not enough, a new one is made
 _NEARLY = 1e-2  # of the tolerance of half-widths: separation in contact, over the approach, while widths change

@@ -20,8 +20,6 @@ from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.roll_grid import RollGrid
 
-__all__ = ["LoadedState", "LoadedTeeth", "fresh_flanks", "slices_near"]
-
 _TYPICAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification that the problem's reach always includes
 _EDGE_PASSES = 3  # pressed edges yield under their loads, and loads follow as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice

@@ -8,8 +8,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 
-__all__ = ["SlicePressures", "TeethLoads"]
-
 
 @dataclass
 class TeethLoads:

@@ -10,9 +10,6 @@ import numpy as np
 
 from semiwear.kernel_cache import njit
 
-__all__ = ["coarsen", "extrapolate_pressure", "refine_pressure"]
-
-
 _SHIFT = 4  # cells by which an edge may move from one position to the next within the extrapolation
 
 

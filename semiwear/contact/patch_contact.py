@@ -37,8 +37,6 @@ from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.flank_grid import first_from
 from semiwear.threads import in_shares
 
-__all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
-
 _APPROACHES = 60  # the approach grows less with more cells, so that a few are enough; doubled where no cell touches
 _ROUGH_FORCE_TOLERANCE = 1e-6  # of the forces, for loads that serve only as a start or for a step length
 _CONVOLUTIONS = 400  # at a mesh position

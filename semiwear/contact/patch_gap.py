@@ -16,8 +16,6 @@ from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, cubic, first_from, locate, slopes_of_cell
 
-__all__ = ["PatchCells", "between_cells", "pressed_span"]
-
 _COLUMNS = 4  # half rows come in multiples, so that few spectra are needed
 
 

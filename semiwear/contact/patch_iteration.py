@@ -30,8 +30,6 @@ from semiwear.contact.patch_system import PatchSystem, displace, plans_of
 from semiwear.contact.row_preconditioner import precondition, row_preconditioner
 from semiwear.kernel_cache import inner_njit, njit
 
-__all__ = ["solve_in_windows"]
-
 _WINDOWS = 12  # tried before all columns are taken
 _MARGIN = 3  # cells to either side of those in contact
 _COLUMNS = 8  # widths of windows come in multiples

@@ -13,8 +13,6 @@ from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.row_preconditioner import precondition, row_preconditioner
 from semiwear.kernel_cache import inner_njit, njit
 
-__all__ = ["FORCE_TOLERANCE", "SharedTorque", "share_torque"]
-
 FORCE_TOLERANCE = 1e-9
 """Of forces on cells, in the L2 norm; smaller differences depend on the last bit of a gap."""
 _LEAST = 1e-12  # of the deflection of one cell under the whole load: an approach that is zero

@@ -22,8 +22,6 @@ from semiwear.compliance.fourier import convolve
 from semiwear.compliance.half_space import GridPlans, grid_plans
 from semiwear.kernel_cache import njit
 
-__all__ = ["PatchSystem", "displace", "plans_of", "rows_of_pairs"]
-
 
 class PatchSystem(NamedTuple):
     """Compliance of rows of cells of several pairs, one after the other.

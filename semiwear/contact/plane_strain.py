@@ -16,8 +16,6 @@ from semiwear.arrays import FloatArray
 from semiwear.contact.active_set import cholesky_solve, substitute
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["Cells", "even_cells", "influences", "mean_log", "plane_contact", "respond"]
-
 _SETS = 60  # of cells in contact that are tried
 
 

@@ -13,8 +13,6 @@ from semiwear.contact.rounded_contact import rounded_from
 from semiwear.contact.stripe import pairs_among
 from semiwear.kernel_cache import ZERO, njit
 
-__all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
-
 LEAST_WIDTH = 0.1
 """Least half-width of lightly loaded slices, over the typical one."""
 MARGIN = 1.15

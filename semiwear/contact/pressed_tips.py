@@ -20,8 +20,6 @@ from semiwear.contact.loads import TeethLoads
 from semiwear.contact.problem import Candidates
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
-__all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
-
 _OPENED = 1.0  # mm: a gap that no load closes
 _TOLERANCE = 1e-3  # of half-widths, between two solutions: the approach is then accurate to 1e-4
 

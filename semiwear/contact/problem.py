@@ -28,8 +28,6 @@ from semiwear.errors import ConvergenceError, SceneError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 
-__all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "picked", "usual_approach"]
-
 _LEAST_DEPTH = 1.5  # half-widths: under a contact as wide as the tooth, so that the compliance stays positive
 _NEAR_FIELD = 12.0  # half-widths; beyond, the width of a stripe has no effect
 FIRST_CAP = 3.5

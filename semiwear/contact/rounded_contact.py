@@ -22,8 +22,6 @@ from typing import NamedTuple
 from semiwear.contact.active_set import ActiveSetStatus, cholesky_solve, separate, substitute
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["Rounding", "rounded_from", "solve_rounded"]
-
 _STEPS = 60
 _FREELY = 20  # steps; later ones are halved
 _SLOWLY = 0.1  # of the residual, to which a step with an old factor has to reduce it

@@ -15,8 +15,6 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 
-__all__ = ["RowPreconditioner", "precondition", "row_preconditioner"]
-
 _EVEN_ACROSS = 0.6  # of a half-width, where a slice's displacement is about its mean over the next one's contact
 _FEW_CHANGED = 0.05  # of the free cells: while fewer have changed, the coupling of rows is kept
 _TOGETHER = 4  # rows that are solved at a time

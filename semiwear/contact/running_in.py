@@ -11,8 +11,6 @@ from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.worn_depth import worn_depth
 
-__all__ = ["RunningIn"]
-
 
 @dataclass(frozen=True)
 class RunningIn:

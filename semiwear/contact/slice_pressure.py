@@ -37,8 +37,6 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell
 from semiwear.threads import in_loose_shares
 
-__all__ = ["solve_slices"]
-
 # across each of one, two or three bands that may touch; with the most, Hertz's peak within 0.3 %
 _CELLS = (32, 24, 16)
 _ROOM = 1.6  # of the gap that closes in a Hertz contact: range of gaps considered

@@ -7,8 +7,6 @@ from math import pi
 from semiwear.contact.plane_strain import respond
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["smooth_rate"]
-
 
 @inner_njit(cache=True, error_model="numpy")
 def _rate(influence, active, force, a, x, y, points, none):  # type: ignore[no-untyped-def]

@@ -11,18 +11,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.stripe import stripe_integral_to
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 
-__all__ = [
-    "NearPairs",
-    "add_far_stripe",
-    "add_pairs",
-    "average_along_lines",
-    "less_aside",
-    "near_pairs",
-    "near_stripe",
-    "pairs_among",
-    "subtract_mid_surface",
-]
-
 _ZERO_DISTANCE = -1e3  # logarithm that stands for a distance of zero
 
 

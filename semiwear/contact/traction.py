@@ -25,8 +25,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 
-__all__ = ["full_sliding_speed", "share_of_full_friction", "share_per_speed"]
-
 
 def full_sliding_speed(conditions: ContactConditions, friction: FloatArray) -> FloatArray:
     """Sliding speed from which no part of a contact sticks: mu b/R times the rolling speed [mm/s].

@@ -9,8 +9,6 @@ from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.meshing.flank_grid import at_places, at_points
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
-__all__ = ["worn_depth"]
-
 
 def worn_depth(teeth: LoadedTeeth, state: LoadedState, touched: FloatArray) -> FloatArray:
     """Wear depth of each body where they touch, (body, roll, face) [mm].

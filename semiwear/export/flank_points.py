@@ -20,8 +20,6 @@ from semiwear.plain_text import one_of
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene
 
-__all__ = ["export_flank"]
-
 
 def export_flank(
     scene: Scene,

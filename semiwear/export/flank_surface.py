@@ -13,8 +13,6 @@ from semiwear.plain_text import one_of
 from semiwear.results import VARIABLES
 from semiwear.results.missing import group_of
 
-__all__ = ["in_zone", "step_fields", "worn_flank"]
-
 _PLACES = ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
 
 

@@ -15,8 +15,6 @@ from semiwear.results.missing import group_of
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["TABLES", "tables_of", "to_frame"]
-
 TABLES: dict[str, tuple[str, tuple[str, ...]]] = {
     "history": ("history", ("wear_step",)),
     "engagement": ("engagement", ("wear_step", "roll_position")),

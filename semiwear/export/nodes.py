@@ -17,8 +17,6 @@ from semiwear.plain_text import one_of
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
-__all__ = ["FlankNodes", "chosen_step", "flank_nodes", "nodes_on", "scene_of"]
-
 _UM = 1e-3  # mm
 
 

@@ -30,8 +30,6 @@ from semiwear.meshing.flank_pair import reference_lever
 from semiwear.plan import plan
 from semiwear.results.missing import group_of
 
-__all__ = ["mesh_stiffness", "stiffness_over_angle"]
-
 _STEP = 0.01  # of the torque
 _ABOUT = {
     "mesh_stiffness": ("N/mm", "load over the approach along the line of action that it causes"),

@@ -12,8 +12,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import MissingExtraError
 from semiwear.targets import replacing
 
-__all__ = ["Surface", "grid_of_quads", "write_series", "write_surface"]
-
 _SPLIT = {"quad": ((0, 1, 2), (0, 2, 3)), "triangle": ((0, 1, 2),)}
 _SERIES = """\
 <?xml version="1.0"?>

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from fem_reference.tooth_mesh import Divisions
     from fem_reference.worn_meshes import FlankLoad, FlankWear, WornBody
 
-__all__ = ["contact_loads", "deck_divisions", "worn_tooth", "write_input_deck"]
-
 _LOADED = 1e-6  # of the greatest force: less is none
 _PER_MODULE = 0.5  # length of an element along the face
 _TEETH = 5  # of a face gear pair's bodies

@@ -16,8 +16,6 @@ from semiwear.plan.choices import kernels_of
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene
 
-__all__ = ["WornContact"]
-
 _UM = 1e-3  # mm
 
 

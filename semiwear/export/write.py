@@ -25,8 +25,6 @@ from semiwear.targets import file_target, replacing
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["ENDINGS", "STIFFNESS", "export"]
-
 ENDINGS = (".vtu", ".stl", ".pvd", ".csv", ".xlsx", ".inp")
 """How the names of exported files end."""
 

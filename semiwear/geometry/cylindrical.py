@@ -19,8 +19,6 @@ from semiwear.arrays import FloatArray
 from semiwear.geometry.involute import InvoluteTooth, involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
-__all__ = ["CylindricalTooth"]
-
 
 @dataclass(frozen=True)
 class CylindricalTooth:

@@ -19,8 +19,6 @@ from semiwear.arrays import FloatArray
 from semiwear.geometry.involute import involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
-__all__ = ["FaceGearTooth", "face_gear_flank"]
-
 Number = TypeVar("Number", float, FloatArray)
 
 _PASSES = 40  # of the fixed points and Newton iterations below, which need fewer than ten

@@ -13,8 +13,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["slice_middles"]
-
 
 def slice_middles(ends: Sequence[float], whole: Sequence[float], slices: int) -> FloatArray:
     """Middles of equal slices of a flank.

@@ -19,8 +19,6 @@ from semiwear.arrays import FloatArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.involute import involute_function
 
-__all__ = ["FootRing", "InclinedFoot"]
-
 
 @dataclass(frozen=True)
 class FootRing:

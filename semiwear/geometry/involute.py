@@ -14,8 +14,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.geometry.section import RingRim, ToothSection
 
-__all__ = ["InvoluteTooth", "involute", "involute_function"]
-
 
 def involute_function(angle: float) -> float:
     """Involute function inv(angle) = tan(angle) - angle [rad] (ISO 21771, 4.2.3).

@@ -42,8 +42,6 @@ from semiwear.untyped import Options, Value
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["PlacedSection", "PointGrid", "read_point_grid", "write_point_grid"]
-
 _LAYOUT = "a variable points over (profile, face, xyz) in mm"
 _COLUMNS = ("profile", "face", "x_mm", "y_mm", "z_mm")
 _NORMALS = ("nx", "ny", "nz")

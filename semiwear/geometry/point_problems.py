@@ -11,9 +11,6 @@ from semiwear.errors import Problem
 from semiwear.geometry.point_grid import PointGrid
 from semiwear.geometry.point_surface import LEAST_POINTS, cell_normals
 
-__all__ = ["grid_problems"]
-
-
 _UNIT = 1e-3  # error of the length of a unit normal
 _SAME = 1e-9  # of the flank's size: points within it count as the same
 _COARSE_TURN = 20.0  # degrees by which the normal may turn from cell to cell

@@ -26,8 +26,6 @@ from scipy.interpolate import CubicSpline, RectBivariateSpline
 from semiwear.arrays import FloatArray
 from semiwear.untyped import Reals
 
-__all__ = ["LEAST_POINTS", "NOISY", "PointSurface", "cell_normals", "noise_of", "spline_cells"]
-
 LEAST_POINTS = 9
 """Points each way of a grid, so that every second one still gives a cubic."""
 NOISY = 5e-5

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["RackRim", "RingRim", "ToothSection"]
-
 
 @dataclass(frozen=True)
 class RackRim:

@@ -11,8 +11,6 @@ from semiwear.arrays import FloatArray
 from semiwear.inference.unknowns import Unknown
 from semiwear.scene.units import unit_of
 
-__all__ = ["undetermined_fields"]
-
 _UNLEARNT = 0.8  # of the prior's standard deviation: above it, little was learnt
 _TOGETHER = 0.8  # correlation
 _BLURRED = 3.0  # times as uncertain alone as together

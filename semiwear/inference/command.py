@@ -68,8 +68,6 @@ from semiwear.sweep.study_file import Study, flat_fields, read_study
 from semiwear.targets import PAGES, file_target, require_apart, target_problems
 from semiwear.untyped import Table, Value
 
-__all__ = ["run_inference"]
-
 _KINDS: dict[str, type[Observation]] = {
     "worn_flank": WornFlank,
     "wear_at_points": WearAtPoints,

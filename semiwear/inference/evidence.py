@@ -32,9 +32,6 @@ from scipy.stats import multivariate_t
 from semiwear.arrays import FloatArray
 from semiwear.untyped import Value
 
-__all__ = ["Evidence", "FlankNoise", "known_noise", "unknown_noise"]
-
-
 _Conditional = tuple[float, FloatArray, FloatArray, float]
 _DRAWS, _ROUNDS = 200, 6  # draws at a time, and most rounds
 _WIDER = 4.0  # times the known variance: the tails of a density have more weight than draws within it show

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from semiwear.simulate import Progress
 
-__all__ = ["PosteriorLife", "life_of"]
-
 _MOST_RUNS = 4096
 _SPEED = "operation.pinion_speed_rpm"
 

@@ -22,9 +22,6 @@ from semiwear.arrays import FloatArray
 from semiwear.emulator import Emulator, emulator_of
 from semiwear.inference.observations import Channel
 
-__all__ = ["Model", "Runs", "model_of"]
-
-
 _MOST_SHAPES, _MOST_COMPONENTS = 12, 16
 _LEFT = 1e-3  # of the root mean square: remainder of predictions beside the shapes
 _LEFT_OF_AMOUNTS = 3e-4

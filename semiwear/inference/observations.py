@@ -24,8 +24,6 @@ from semiwear.scene import Scene
 from semiwear.scene.values import Unreadable, number, numbers, shown
 from semiwear.sweep.measure import Measured
 
-__all__ = ["Channel", "Observation", "Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "channels_of"]
-
 _UM = 1e3
 _LEAST_GRID = 5  # rows and columns of a flank's grid
 _WEAR = "/flank/wear_depth"

@@ -30,8 +30,6 @@ from semiwear.scene.units import unit_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["write_posterior_report"]
-
 FLANKS = (13.2, 3.9)
 _FEW_PANELS = 2  # per side of the corner picture
 _COLOUR, _LINE = "#0B5394", "#A63C00"

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from semiwear.simulate import Progress
 
-__all__ = ["HEAD", "Posterior"]
-
 HEAD = ("field", "median", "95 % interval", "of the prior's", "emulator", "unit")
 
 

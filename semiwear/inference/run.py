@@ -31,8 +31,6 @@ from semiwear.sweep.store import open_store
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Plan", "infer", "plan_inference", "solved_runs", "spread_over", "target_of"]
-
 # Wear steps of a run, up to the prior's greatest k: in two stages, the error of steps is 0.03 to 0.17 % of k and
 # 0.002 to 0.007 of an exponent of the load on a coarse face gear, at 0.16 to 0.44 of that k
 _STEPS = 24

@@ -15,8 +15,6 @@ from semiwear.inference.observations import Channel
 from semiwear.inference.unknowns import Unknowns
 from semiwear.untyped import Value
 
-__all__ = ["Draws", "Target", "draw_posterior"]
-
 _WALKERS = 32
 _TRIALS = 2000  # of the prior, from which walkers start
 _ROUNDS, _BEST_TRIALS = 20, 40  # of the search for the most likely point, and trials kept in it

@@ -13,8 +13,6 @@ from semiwear.arrays import FloatArray
 from semiwear.scatter.distributions import Distribution, LogNormal
 from semiwear.sweep.names import short_names
 
-__all__ = ["COEFFICIENT", "CUT", "Unknown", "Unknowns", "unknowns_of"]
-
 COEFFICIENT = "wear.coefficient_mm2_per_N"
 CUT = 0.002
 """Fraction of a prior that is cut off at either end: emulators do not reach farther."""

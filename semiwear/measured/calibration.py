@@ -26,8 +26,6 @@ from semiwear.scene.values import shown
 from semiwear.simulate import NoProgress, Progress
 from semiwear.untyped import Value
 
-__all__ = ["Calibration", "calibrate"]
-
 _UM = 1e3
 _STEPS = 16  # wear states up to the measured depth, about: k is then 0.5 % off at most, by what steps leave out
 _DEPTHS = (0.25e-3, 6e-3)  # mm a step

@@ -21,8 +21,6 @@ from semiwear.plan import plan
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
-__all__ = ["compare_wear", "comparison_of_fit", "grid_of"]
-
 _UM = 1e3
 _SAME_HEIGHT = 1e-3  # mm
 

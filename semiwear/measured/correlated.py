@@ -28,8 +28,6 @@ from scipy.optimize import least_squares
 
 from semiwear.arrays import BoolArray, FloatArray
 
-__all__ = ["Correlation", "Estimate", "correlation_of", "estimate"]
-
 _FARTHEST = 0.5  # of the grid: lags at which correlation is looked at
 _LEAST_PAIRS = 8
 _LONGEST = 0.5  # of the grid: a longer correlation cannot be told from what is fitted

@@ -18,8 +18,6 @@ from semiwear.meshing.deviation_grid import DeviationGrid, read_deviation_grid
 from semiwear.plain_text import lines_of
 from semiwear.sources import oversized
 
-__all__ = ["Measurement", "check_points", "read_measured"]
-
 Measurement = PointGrid | DeviationGrid
 """Data of a measuring machine: points of a flank, or deviations from it."""
 

@@ -24,9 +24,6 @@ from semiwear.measured.rigid import determined, motions_of, require_motions
 from semiwear.measured.robust import huber_loss, huber_weights, local_noise, weighted_fit
 from semiwear.measured.worn import MeasuredWear
 
-__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part", "half_interval", "weighted_meshes"]
-
-
 _SHORTEST = 1e-4  # of the meshes of the curve, where the search begins
 _TRIALS = 80
 _PASSES = 12  # of robust weights

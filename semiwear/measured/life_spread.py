@@ -28,8 +28,6 @@ from scipy.stats import t as student
 from semiwear.errors import SceneError
 from semiwear.plain_text import folded
 
-__all__ = ["MOST_SCATTER", "QUANTILES", "LifeSpread", "log_deviation", "quantiles_told", "require_share"]
-
 QUANTILES = (0.1, 0.5, 0.9)
 """Shares of parts that have reached the depth: B10, median, B90."""
 

@@ -10,8 +10,6 @@ from scipy.spatial import cKDTree
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.measured.nominal import NominalFlank
 
-__all__ = ["Feet", "around_axis", "feet", "turned_by", "turned_by_most"]
-
 _START = (81, 81)  # nominal points among which the search starts, along the face and the profile
 _BEYOND = 0.15  # of the flank's extent, by which feet may lie beyond its ends
 _DIFFERENCE = 1e-3  # mm, of the flank coordinates

@@ -23,7 +23,6 @@ from semiwear.meshing.point_flank_body import frame_about
 from semiwear.plain_text import one_of
 from semiwear.scene import Placement, Scene
 
-__all__ = ["NominalFlank", "nominal_flank", "unreached"]
 _SLACK = 1e-6  # of half a slice
 
 

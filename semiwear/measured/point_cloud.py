@@ -22,8 +22,6 @@ from semiwear.measured.rigid import Displacement
 from semiwear.plain_text import with_decimal_point
 from semiwear.scene import Scene
 
-__all__ = ["flank_from_points"]
-
 _TEXT = (".xyz", ".txt", ".asc", ".csv")
 _MESHES = (".ply", ".stl", ".obj", ".vtu", ".vtk")
 _LEAST = 200  # points on the flank

@@ -25,8 +25,6 @@ from semiwear.scene import Scene
 from semiwear.wear.state import WearState
 from semiwear.wear.stepping import WearStepper
 
-__all__ = ["FlankReading", "WearCurve", "WearFamily", "wear_family"]
-
 
 @dataclass(frozen=True)
 class FlankReading:

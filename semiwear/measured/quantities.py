@@ -9,8 +9,6 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["labelled", "units_of"]
-
 _ISO_1328 = "ISO 1328-1:2013, Cylindrical gears: flank tolerance classification"
 _ISO_1122 = "ISO 1122-1:1998, Vocabulary of gear terms"
 _SEBER = "Seber and Wild 1989, Nonlinear Regression, ch. 6"

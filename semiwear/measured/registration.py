@@ -35,8 +35,6 @@ from semiwear.meshing.deviation_grid import DeviationGrid
 from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
-__all__ = ["OnFlank", "Registration", "register", "registered"]
-
 _PASSES = 60
 _SETTLED = 1e-9  # mm, of movement along any normal: a nanometre's thousandth
 _LEAST_INSIDE = 0.2  # of the points

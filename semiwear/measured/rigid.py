@@ -14,8 +14,6 @@ from semiwear.measured.nominal import NominalFlank
 from semiwear.plain_text import one_of
 from semiwear.scene.closest import closest
 
-__all__ = ["DATUM", "MOTIONS", "TURNS", "Displacement", "Motions", "determined", "motions_of", "require_motions"]
-
 MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
 """Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
 

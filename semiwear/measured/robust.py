@@ -19,9 +19,6 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
 
-__all__ = ["huber_loss", "huber_weights", "local_noise", "one_sided_fit", "weighted_fit"]
-
-
 _WHOLE, _NONE = 2.5, 5.0  # standard deviations below the fit
 _MEDIAN = 1.4826  # from the median distance to the standard deviation of a normal distribution
 _PASSES = 60

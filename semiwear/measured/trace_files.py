@@ -37,8 +37,6 @@ from semiwear.errors import SceneError
 from semiwear.measured.traces import FLANKS, KINDS, Trace
 from semiwear.plain_text import one_of, rows_of
 
-__all__ = ["read_traces"]
-
 _ALLOWED = "a .csv or .mka file with profile and lead traces"
 _SIDES = {"links": "left", "rechts": "right"}
 _UNDEFINED = -2147483.0  # at or below: a point that was not measured

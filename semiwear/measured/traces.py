@@ -33,8 +33,6 @@ from semiwear.meshing.deviation_grid import DeviationGrid
 from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
-__all__ = ["Trace", "TracedFlank", "flank_from_traces"]
-
 KINDS = ("profile", "lead")
 FLANKS = ("left", "right")
 

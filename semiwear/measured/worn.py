@@ -20,8 +20,6 @@ from semiwear.meshing.flank_deviations import deviations_of
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import Scene
 
-__all__ = ["Measured", "MeasuredWear", "as_wear", "measured_wear"]
-
 Measured = str | os.PathLike[str] | ArrayLike | Measurement | xr.Dataset
 """A measurement, or a dataset that `register` or `measured_wear` made of one."""
 

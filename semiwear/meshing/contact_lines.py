@@ -18,8 +18,6 @@ from semiwear.geometry.face_slices import slice_middles
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.least_separation import least_places, with_far_terms
 
-__all__ = ["ContactLines", "change_along_line", "end_rounding", "face_stations", "trace_contact_lines"]
-
 _SAMPLES = 25  # across a slice, to bracket the minimum of the convex separation
 _SHARP = 5e-8  # of the base pitch: a nanometre at a module of some mm
 _STEP = 0.02  # of the flank's height, for the five-point differences

@@ -37,8 +37,6 @@ from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import CylindricalPair as CylindricalTable
 from semiwear.scene import Placement
 
-__all__ = ["CylindricalMesh"]
-
 _ARCSEC = 180.0 * 3600.0 / pi
 
 

@@ -37,8 +37,6 @@ from semiwear.plain_text import rows_of
 from semiwear.sources import MOST_VALUES, oversized
 from semiwear.targets import file_target, naming
 
-__all__ = ["DeviationGrid", "read_deviation_grid", "write_deviation_grid"]
-
 _LEAST_POINTS = 4  # each way, for a cubic spline
 _GREATEST = 5000.0  # um: larger ones come from wrong units
 _UM = 1e-3  # mm

@@ -14,8 +14,6 @@ from semiwear.meshing.flank_grid import FlankGrid, between_stations, change_abov
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
 from semiwear.threads import in_loose_shares
 
-__all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
-
 _MOST_PARTS = 4  # of a cell of the driven flank
 _FOR_SLOPES = 2  # nodes to either side that contribute to the slope at a node
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface

@@ -16,8 +16,6 @@ from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import FaceGearPair as FaceGearTable
 from semiwear.scene import Placement
 
-__all__ = ["FaceGearMesh"]
-
 _ARCSEC = 180.0 * 3600.0 / pi
 _GEAR_SECTIONS = 9  # with seven, root stress near the inner end, where undercut shapes the fillet, varies by 5 %
 

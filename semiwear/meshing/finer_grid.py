@@ -15,8 +15,6 @@ from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, slope_at
 
-__all__ = ["FinerGrid", "finer_grid"]
-
 
 @dataclass(frozen=True)
 class FinerGrid(FlankGrid):

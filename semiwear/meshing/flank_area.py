@@ -11,8 +11,6 @@ from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, FlankPair
 from semiwear.meshing.own_flanks import own_flank
 
-__all__ = ["flank_area"]
-
 _STEP = 1e-4  # of the flank's height, for its tangents
 
 

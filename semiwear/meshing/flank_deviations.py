@@ -19,8 +19,6 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.scene import EffectTable
 from semiwear.untyped import Value
 
-__all__ = ["DEVIATIONS", "FlankDeviation", "depth_between", "deviations_of", "tallest"]
-
 _UM = 1e-3  # mm
 
 

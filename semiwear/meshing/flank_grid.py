@@ -15,21 +15,6 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import inner_njit
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = [
-    "FlankGrid",
-    "at_places",
-    "at_points",
-    "between_stations",
-    "change_above",
-    "cubic",
-    "first_from",
-    "flank_grid",
-    "locate",
-    "slope_at",
-    "slopes_of_cell",
-    "smooth_value",
-]
-
 
 @dataclass(frozen=True)
 class FlankGrid:

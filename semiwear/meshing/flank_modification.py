@@ -28,8 +28,6 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["Deviations", "FlankModification", "Relief"]
-
 _POWER = {"linear": 1, "parabolic": 2}
 _PART_OF_PROFILE = 1.0 / 3.0  # of the profile's length: default length of a relief
 

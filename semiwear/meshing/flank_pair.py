@@ -24,19 +24,6 @@ from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.scene import Placement
 
-__all__ = [
-    "BODIES",
-    "DRIVEN",
-    "DRIVING",
-    "EXACT_STEPS",
-    "Borders",
-    "FlankPair",
-    "Meeting",
-    "PrismBody",
-    "displacement",
-    "reference_lever",
-]
-
 BODIES = ("pinion", "gear")
 DRIVING, DRIVEN = 0, 1
 

@@ -16,8 +16,6 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.meshing.flank_pair import FlankPair, Meeting
 
-__all__ = ["LeastPlaces", "least_places", "short_steps", "with_far_terms"]
-
 _OF_ROOM = 0.125  # of the arc to the nearer base circle: longest step of differences
 _LEAST_STEP = 1e-3  # of the normal step: rounding leaves 1e-6 of the curvature
 _SLOWEST = 1e-6  # of driving arc per driven arc: avoids division by zero within the base circle

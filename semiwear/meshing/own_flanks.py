@@ -10,8 +10,6 @@ from semiwear.arrays import FloatArray
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.point_flank_body import frame_about
 
-__all__ = ["Axis", "axis_of", "driving_involute", "flank_ends", "own_flank"]
-
 
 @dataclass(frozen=True)
 class Axis:

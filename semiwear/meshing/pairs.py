@@ -13,8 +13,6 @@ from semiwear.meshing.point_flanks import point_flanks
 from semiwear.scene import GearPair, Placement
 from semiwear.untyped import Value
 
-__all__ = ["MESHES", "flank_pair", "on_loaded_flank"]
-
 
 def _point_flank_mesh(table: Value, placement: Placement) -> FlankPair:
     return PointFlankMesh.placed(point_flanks(table), placement)

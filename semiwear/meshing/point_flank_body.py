@@ -19,8 +19,6 @@ from semiwear.arrays import FloatArray
 from semiwear.geometry.point_surface import PointSurface, spline_cells
 from semiwear.meshing.point_flank_kernels import surface_points, touch
 
-__all__ = ["FlankBody", "Touch", "frame_about"]
-
 _GUESSES = 12  # points each way for the fit of the affine guess
 _INVOLUTE = 1e-3  # of the change of a flank's squared radius, which for an involute is linear in the arc within this
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from semiwear.kernel_cache import njit
 
-__all__ = ["meet", "surface_points", "touch"]
-
 _BEYOND = 0.05  # of the extent, within which the outermost polynomials are used
 _PASSES = 40
 _LONGEST = 0.3  # step of the parameters in one pass

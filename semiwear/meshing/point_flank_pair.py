@@ -31,8 +31,6 @@ from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FlankPointsPair, Placement
 from semiwear.scene.cylindrical import edge_radius
 
-__all__ = ["PointFlankMesh", "PointFlanks"]
-
 _ARCSEC = 180.0 * 3600.0 / pi
 _SAMPLES = np.linspace(-0.3, 1.3, 129)  # across a flank, to find a height
 _POLISHES = 4

@@ -25,8 +25,6 @@ from semiwear.meshing.point_flank_body import FlankBody
 from semiwear.meshing.point_pitch import PitchSurface
 from semiwear.scene import FlankPointsPair
 
-__all__ = ["drawn_sections", "normal_module", "placed_sections", "section_problems"]
-
 _STATIONS = np.linspace(0.0, 1.0, 5)
 _ALIKE = 1e-3  # of the flank's height: sections that differ by less count as equal
 _FLANK_POINTS, _FILLET_POINTS, _STRAIGHT_POINTS = 61, 41, 9

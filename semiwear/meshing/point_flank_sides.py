@@ -12,8 +12,6 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.meshing.point_flank_body import FlankBody
 from semiwear.scene import FlankPointsPair
 
-__all__ = ["side_problems", "unit_problems"]
-
 _LEANING = 0.02  # least inclination of a flank towards its tip: teeth are thinner at the tip
 _NORMALS_OFF = 5.0  # degrees by which given normals may deviate from the surface
 _ALIKE = 2.5  # pitches of both bodies

@@ -31,8 +31,6 @@ from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 from semiwear.scene import FlankPointsPair, Placement
 from semiwear.untyped import Options
 
-__all__ = ["flanks_in_mesh", "point_flanks", "point_flanks_or_problems", "surfaces_summary"]
-
 _TURNS = 1440  # angles of the gear that are tried
 _PLACES = np.linspace(0.05, 0.95, 9)  # points on its flank, each way
 _OPPOSITE = 0.03  # 1 + cosine of the normals: 14 degrees between them at most

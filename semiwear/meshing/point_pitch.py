@@ -15,8 +15,6 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["PitchSurface", "instantaneous_axis", "meet_in_a_point", "pitch_point", "pitch_surface"]
-
 _SMALL = 1e-9
 
 

@@ -14,8 +14,6 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.meshing.flank_grid import FlankGrid
 
-__all__ = ["Removed"]
-
 
 @dataclass(frozen=True)
 class Removed:

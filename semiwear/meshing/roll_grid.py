@@ -11,8 +11,6 @@ from semiwear.errors import SceneError
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.tooth_contact import misplaced, separation_of_neighbours
 
-__all__ = ["RollGrid", "even_roll_grid", "given_roll_grid", "pairs_that_can_touch"]
-
 _FARTHEST = 4  # roll positions from the pitch point within which pairs are searched
 _STEPS = 8  # per roll position in that search
 

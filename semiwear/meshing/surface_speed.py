@@ -10,8 +10,6 @@ from semiwear.arrays import FloatArray
 from semiwear.meshing.contact_lines import ContactLines, change_along_line, trace_contact_lines
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["SurfaceSpeeds", "line_speed"]
-
 _SHIFT = 0.01  # roll positions before and after, between which a speed is measured
 _PARTS = 8  # even parts of a slice: on an oblique line sliding vanishes in one slice after another
 

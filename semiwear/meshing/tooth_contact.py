@@ -20,15 +20,6 @@ from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.flank_pair import Borders, FlankPair, reference_lever
 from semiwear.meshing.least_separation import short_steps
 
-__all__ = [
-    "ContactPoints",
-    "UnloadedContact",
-    "contact_points",
-    "misplaced",
-    "separation_of_neighbours",
-    "unloaded_contact",
-]
-
 _SLICES = 41  # of the first grid of the search
 _SEARCH = (-3, 3, 16)  # first and last roll position of the search for a path, steps per roll
 _VALLEY_PASSES = 2  # across the flank alone, before those along it

@@ -33,8 +33,6 @@ from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import flat_fields, read_study
 from semiwear.targets import PAGES, file_target, naming, require_apart, target_problems
 
-__all__ = ["Searched", "run_optimise"]
-
 _OPTIONS = ("minimise", "maximise", "most", "subject_to")
 _DESIGN = "design"
 _NAMES = (_DESIGN, *_OPTIONS)

@@ -12,8 +12,6 @@ from semiwear.arrays import FloatArray
 from semiwear.optimise.space import Space
 from semiwear.optimise.surrogate import inputs_of
 
-__all__ = ["Correction"]
-
 
 @dataclass(frozen=True)
 class Correction:

@@ -19,9 +19,6 @@ from semiwear.sweep.outcome import solve
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task
 
-__all__ = ["COARSE", "DOUBLED", "OWN", "RESOLUTIONS", "Aim", "Design", "Designs"]
-
-
 COARSE, OWN, DOUBLED = RESOLUTIONS = ("coarse", "own", "doubled")
 """Resolutions of a design: that of the search, the scene's own, and twice that."""
 

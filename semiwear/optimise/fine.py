@@ -17,9 +17,6 @@ from semiwear.optimise.correction import Correction
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Design, Designs, size_of
 from semiwear.optimise.search import Goal, ranks_of, search, values_of
 
-__all__ = ["Found", "search_finely"]
-
-
 _TURNS = 16  # designs that are solved finely, at most
 _MARGIN = 0.002  # of a limit, for each design that did not keep one: a corrected search stays within it
 _WORTH = 0.002  # of the aim: less than this is not worth another fine solution

@@ -13,9 +13,6 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
 
-__all__ = ["Fold", "fold_near"]
-
-
 _POINTS = 4  # designs for each number of a plane, as far as there are
 _TURNS = 20
 _STARTS = 12  # directions in which the designs are parted at first

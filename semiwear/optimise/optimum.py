@@ -17,8 +17,6 @@ from semiwear.scene import Scene
 from semiwear.scene.values import is_number
 from semiwear.untyped import Table, Value
 
-__all__ = ["Optimum", "Told", "columns_of", "optimum_of"]
-
 _WHERE = {OWN: "at the resolution of the scene", DOUBLED: "at twice the resolution"}
 
 

@@ -27,8 +27,6 @@ from semiwear.scene import Scene
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_designs", "draw_front", "draw_path", "write_optimum_report"]
-
 _MOST_ROWS = 200
 _BEST, _OTHER, _REFUSED = "#c1272d", "#4c72b0", "#bbbbbb"
 

@@ -18,8 +18,6 @@ from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.values import meant_number, shown
 from semiwear.sweep.measure import Measure, Measured
 
-__all__ = ["Limit", "Quantity", "limits_of", "measure_of_quantities", "quantity_of", "unmet_needs"]
-
 _GROUPS = ("history", "life")
 _TIMES = ("end", "unworn", "worst")
 _BODIES = ("pinion", "gear")

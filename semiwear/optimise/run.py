@@ -21,9 +21,6 @@ from semiwear.sweep.bar import hearing
 from semiwear.sweep.settled import settled
 from semiwear.threads import available_threads
 
-__all__ = ["Search", "optimise", "plan_search"]
-
-
 _MOST_FIELDS = 12
 _COUNT, _COUNT_A_FIELD = 20, 25  # designs that are tried
 _FRONT = 5  # designs between the two ends of a front

@@ -23,9 +23,6 @@ from semiwear.optimise.designs import COARSE, DOUBLED, Design, Designs, size_of
 from semiwear.optimise.space import Space
 from semiwear.optimise.surrogate import Surrogate, inputs_of
 
-__all__ = ["Goal", "best", "finite_of", "ranks_of", "scan", "search", "values_of"]
-
-
 _SEED = 20011
 _FIRST_RADIUS, _LAST_RADIUS = 0.25, 0.002  # of the ranges
 _ELSEWHERE = 0.15  # of a range: another valley than the one about a design in which a search has ended

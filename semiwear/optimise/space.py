@@ -14,8 +14,6 @@ from semiwear.scene.values import is_number, shown
 from semiwear.sweep.variation import read_variation
 from semiwear.untyped import Table, Value
 
-__all__ = ["DesignField", "Space", "scene_value", "space_of"]
-
 _SAME = 1e-9  # of a range
 
 

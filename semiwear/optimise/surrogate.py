@@ -21,8 +21,6 @@ from semiwear.optimise.space import Space
 from semiwear.scene.values import is_number
 from semiwear.untyped import Value
 
-__all__ = ["Surrogate", "inputs_of"]
-
 _SAME = 1e-9  # of the space: the same design
 _UNLIKE = 0.5  # distance of two choices that have no order, along each of their axes
 

@@ -10,8 +10,6 @@ from semiwear.scene import CylindricalPair, FlankPointsPair, Scene
 from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
 from semiwear.scene.tables import RESOLUTION, Wear
 
-__all__ = ["Choice", "kernels_of", "parts_deep_steps", "physics_choices"]
-
 _RADIANS = 0.8  # degrees: so little helix is likelier an angle of up to 45 degrees in radians
 
 

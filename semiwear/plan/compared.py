@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 
 from semiwear.scene import GearPair, Material, Scene
 
-__all__ = ["Compared", "Course", "Toothing"]
-
 
 @dataclass(frozen=True)
 class Toothing:

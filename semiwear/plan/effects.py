@@ -34,24 +34,6 @@ if TYPE_CHECKING:
     from semiwear.scene.effects import ShaftCompliance
     from semiwear.wear.laws import ContactLaw, HardnessLaw
 
-__all__ = [
-    "angular_velocity",
-    "contact_laws",
-    "deviates",
-    "deviation_depth",
-    "film_thickness",
-    "flash_temperature",
-    "friction",
-    "friction_of_heat",
-    "further_compliance",
-    "hardness_laws",
-    "most_set_back",
-    "pitch_sequences",
-    "rubbing",
-    "running_in",
-    "speeds_of",
-]
-
 _UM = 1e-3  # mm
 
 

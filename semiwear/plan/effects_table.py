@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 from semiwear.plain_text import table
 from semiwear.scene import EFFECTS, EffectTable, Scene
 
-__all__ = ["effects_table", "seconds_of_effects"]
-
 
 def seconds_of_effects(last: DataTree) -> dict[str, float]:
     """Computing time of each effect in a result [s], and of the whole run under the empty name."""

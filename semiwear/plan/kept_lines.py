@@ -12,8 +12,6 @@ from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.roll_grid import RollGrid
 from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 
-__all__ = ["contact_lines", "middle_contact"]
-
 
 def contact_lines(pair: FlankPair, rolls: RollGrid, face: FloatArray) -> tuple[ContactLines, ContactLines]:
     """Contact lines on the fine roll grid, and those at the solved positions; read-only.

@@ -16,8 +16,6 @@ from semiwear.plan.effects import PitchSequence
 from semiwear.scene import Scene
 from semiwear.wear.stepping import LoadCase
 
-__all__ = ["WearingTorques", "load_cases", "pushed_back"]
-
 _FLATTEST = 1e-8  # ratio of principal curvatures: less makes no ellipse that a face could hold
 
 

@@ -10,8 +10,6 @@ from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_set
 from semiwear.scene import BodyData, Scene
 from semiwear.scene.rules import BODIES
 
-__all__ = ["data_choices"]
-
 _GOLD = "gold2001"  # source of the pressure-viscosity coefficients of oils
 
 

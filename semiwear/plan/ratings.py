@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from semiwear.contact.friction import Friction
     from semiwear.ratings.mode import FailureMode
 
-__all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "named_modes", "rated_contact", "rated_states"]
-
 
 Known = tuple[SlicePressures | None, np.ndarray | None]
 

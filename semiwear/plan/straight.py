@@ -7,8 +7,6 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-__all__ = ["UnlikeError", "on_line"]
-
 T = TypeVar("T")
 
 

@@ -25,8 +25,6 @@ from semiwear.plan.straight import UnlikeError, on_line
 from semiwear.scene import GearPair, Material, Placement, Scene
 from semiwear.threads import in_threads
 
-__all__ = ["Elastic", "elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
-
 _TAPERING = 4
 """Least number of sections with which a tooth counts as tapered."""
 

@@ -28,8 +28,6 @@ from semiwear.untyped import Options
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["pressure_of_both", "wear_difference"]
-
 _LEAST_SCALE = 1e-3  # um of difference that colours span at least: equal flanks stay white
 
 

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.typing import ColorType
 
-__all__ = ["name_curves", "name_place"]
-
 _SIZE = 9.0  # of the letters [points]
 _LINE = 1.3  # height of a line of text over the size of its letters
 _ALIKE = 0.04  # of the height of the axes: curves that end within it are told apart by their means

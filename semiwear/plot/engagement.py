@@ -28,13 +28,6 @@ from semiwear.results.missing import away_from_edges
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "contact_pressure_over_engagement",
-    "load_share",
-    "sliding_along_path",
-    "transmission_error_curves",
-]
-
 
 @styled()
 def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:

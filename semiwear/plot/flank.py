@@ -21,19 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import QuadMesh
 
-__all__ = [
-    "along_tooth",
-    "chosen_body",
-    "contact_pattern",
-    "flank_axes",
-    "height_label",
-    "label_along",
-    "mark_pitch_band",
-    "on_flank",
-    "wear_map",
-    "wear_profiles",
-]
-
 WEAR_COLOURS = "magma_r"
 
 

@@ -14,8 +14,6 @@ from semiwear.arrays import BoolArray, FloatArray
 from semiwear.plot.two_results import TwoResults, has
 from semiwear.results.missing import away_from_edges
 
-__all__ = ["FlankPlaces", "Place", "flank_places"]
-
 _HALF_WIDTHS = 2.0  # of a fresh contact: how far in from a border its strip reaches
 _SMOOTHED = 5  # face stations over whose mean the ends of the active flank are taken: flags have steps of a node
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["geometry_figure", "path_on_flank", "teeth_in_mesh", "tooth_sections"]
-
 _SIZE = (6.2, 5.2)
 _PITCHES = 1.6  # of the picture of a mesh, to either side of the pitch point
 _FILL = 0.16  # opacity of a body

@@ -26,15 +26,6 @@ from semiwear.results.wearing import pitch_name, shown_bodies
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "contact_stress_history",
-    "history_of",
-    "meshes_against_depth",
-    "root_stress_history",
-    "transmission_error_history",
-    "wear_history",
-]
-
 _ZONE_DASHES = {"root": "--", "addendum": "-.", "pitch": ":"}
 
 

@@ -14,8 +14,6 @@ from semiwear.plot.style import axes_for, colour_bar, label, styled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["measured_wear"]
-
 _SIZE = (13.2, 3.9)
 _LEAST_SCALE = 1e-3  # um that colours span at least
 

@@ -17,8 +17,6 @@ from semiwear.scene.units import UNITS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["corner_size", "posterior_corner", "with_spaces"]
-
 _PANEL = 2.3  # inch
 _BINS = 24
 _SHARES = (0.95, 0.5)  # of the draws, within lines

@@ -28,8 +28,6 @@ from semiwear.plot.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["mode_words", "safety_history", "safety_map"]
-
 # Okabe and Ito, without the blue and the vermilion of the bodies.
 _COLOURS = ("#CC79A7", "#009E73", "#E69F00", "#56B4E9", "#000000", "#B07D00", "#882255")
 _DASHES = {"pinion": "-", "gear": "--"}

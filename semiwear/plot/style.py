@@ -19,27 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colorbar import Colorbar
 
-__all__ = [
-    "BODY_COLOUR",
-    "ROLL_LABEL",
-    "SIZE",
-    "SIZE_PAIR",
-    "SIZE_WIDE",
-    "ZONE_COLOUR",
-    "ZONE_MARKER",
-    "axes_for",
-    "chosen_steps",
-    "colour_bar",
-    "label",
-    "meshes_axis",
-    "need",
-    "plain_log_scale",
-    "pressure_scale",
-    "step_colours",
-    "step_name",
-    "styled",
-]
-
 # Okabe and Ito for the bodies, Paul Tol's muted scheme for the zones: told apart by colour-blind readers.
 BODY_COLOUR = {"pinion": "#0072B2", "gear": "#D55E00"}
 ZONE_COLOUR = {"root": "#882255", "pitch": "#B07D00", "addendum": "#117733"}

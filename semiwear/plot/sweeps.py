@@ -15,8 +15,6 @@ from semiwear.plot.style import SIZE, axes_for, label, step_colours, styled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["scene_values", "sweep_curves", "sweep_map", "sweep_samples"]
-
 _SAMPLE = "sample"
 _MOST_CURVES = 7
 _MOST_COLUMNS = 9

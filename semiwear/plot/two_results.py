@@ -10,8 +10,6 @@ import xarray as xr
 from semiwear.errors import SemiwearError
 from semiwear.results.missing import away_from_edges, group_of
 
-__all__ = ["TwoResults"]
-
 _SAME_LIFE = 0.005  # of the meshes or of the wear at the control point, within which two wear steps are one state
 _SAME_PLACE = 1e-3  # mm
 _GRID = {"face": "numerics.face_slices", "profile": "numerics.profile_points"}

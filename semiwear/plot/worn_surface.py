@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from mpl_toolkits.mplot3d import Axes3D
 
-__all__ = ["wear_surface"]
-
 _COLUMNS = 97  # of cells along the tooth, at least: fewer show as steps of colour
 _BELOW = 0.35  # of the greatest wear: how far the drawn piece of the tooth reaches below its deepest place
 

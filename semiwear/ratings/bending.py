@@ -15,15 +15,6 @@ from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated
 from semiwear.scene import rating_tables as tables
 
-__all__ = [
-    "Bending",
-    "bending_curve",
-    "life_points",
-    "relative_notch_sensitivity_factor",
-    "relative_surface_factor",
-    "size_factor",
-]
-
 # Load cycles and life factors Y_NT of the groups of materials in ISO 6336-3, table 3; the last is that of the scene.
 _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
     "normalized": ((1e4, 2.5), (3e6, 1.0)),

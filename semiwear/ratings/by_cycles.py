@@ -12,8 +12,6 @@ from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
 from semiwear.ratings.mode import Rated, life_exponent
 
-__all__ = ["rated_by_cycles"]
-
 
 def rated_by_cycles(
     steps: Sequence[WornStep], stress: FloatArray, curves: Sequence[LifeCurve], required_safety: float

@@ -17,8 +17,6 @@ from semiwear.meshing.flank_grid import between_stations
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
-__all__ = ["RatedContact", "RatedFlanks", "WornStep"]
-
 
 @dataclass(frozen=True, eq=False)
 class RatedFlanks:

@@ -11,8 +11,6 @@ from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import WornStep
 from semiwear.ratings.mode import FailureMode, Rated, life_exponent
 
-__all__ = ["first_failure", "meshes_to_failure", "rating_arrays"]
-
 
 def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -> FloatArray:
     """Engagements of one gear tooth at which the safety of each body first falls below what is required.

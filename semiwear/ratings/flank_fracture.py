@@ -26,16 +26,6 @@ from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.overload import raised
 from semiwear.scene import flank_fracture_table as tables
 
-__all__ = [
-    "FLANK_FRACTURE_SOURCE",
-    "FlankFracture",
-    "FlankMaterial",
-    "flank_fracture_safety",
-    "line_contact_stress",
-    "material_exposure",
-    "shear_stress_intensity",
-]
-
 FLANK_FRACTURE_SOURCE = (
     "after Hertter 2003 and Witzig 2012 (shear stress intensity, 0.4 MPa/HV), constants as commonly quoted;"
     " not a rating to ISO/TS 6336-4:2019, which fits the same"

@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["CASE_HARDNESS_HV", "HardnessProfile", "hardness_of_case", "hardness_of_table", "residual_stress"]
-
 HardnessProfile = Callable[[ArrayLike], FloatArray]
 
 CASE_HARDNESS_HV = 550.0  # at the case-hardening depth (ISO 18203)

@@ -11,8 +11,6 @@ from semiwear.contact.friction import Friction
 from semiwear.ratings.contact import RatedContact
 from semiwear.ratings.overload import raised
 
-__all__ = ["FrictionalHeat"]
-
 
 @dataclass(frozen=True)
 class FrictionalHeat:

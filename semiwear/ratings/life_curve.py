@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["LifeCurve"]
-
 
 @dataclass(frozen=True)
 class LifeCurve:

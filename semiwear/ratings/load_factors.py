@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from semiwear.scene.rating_fields import RatingTable
 
-__all__ = ["load_factors"]
-
 
 def load_factors(table: RatingTable) -> dict[str, str]:
     """Load factors of a table by their symbols, each with its value and why it has that value."""

@@ -20,8 +20,6 @@ from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.ratings.oil import LUBRICANT_FACTOR, Oil
 from semiwear.ratings.specific_film import FilmContact, specific_film
 
-__all__ = ["TEST_TORQUE_NM", "bulk_temperature", "film_of_test", "mean_friction"]
-
 TEST_TORQUE_NM = {5: 70.0, 6: 98.9, 7: 132.5, 8: 171.6, 9: 215.6, 10: 265.1}  # of the pinion, by load stage
 
 _TEETH, _MODULE, _WIDTH, _CENTRES, _TIPS = (16, 24), 4.5, 14.0, 91.5, (82.46, 118.36)

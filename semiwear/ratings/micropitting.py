@@ -25,8 +25,6 @@ from semiwear.scene import oil_rating_tables as tables
 if TYPE_CHECKING:
     from semiwear.contact.running_in import RunningIn
 
-__all__ = ["MICROPITTING_SOURCE", "Micropitting"]
-
 MICROPITTING_SOURCE = "ISO/TR 15144-1:2014 (ISO/TS 6336-22:2018), formulas as an open program quotes them"
 
 

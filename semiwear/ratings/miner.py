@@ -14,8 +14,6 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.ratings.life_curve import LifeCurve
 
-__all__ = ["StressHistory"]
-
 _HALVINGS = 40  # of a bracket that spans a factor of about 3, for one safety
 _MAP_HALVINGS = 14  # to 1e-4, for the safeties of all points
 _MANY = 64  # points that are looked at first

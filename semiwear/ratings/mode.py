@@ -11,8 +11,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
 
-__all__ = ["FailureMode", "Rated", "life_exponent", "rated_by_flank", "rated_locally"]
-
 _BESIDE = 0.01  # of a required safety
 
 

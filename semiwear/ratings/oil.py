@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike
 from semiwear.arrays import FloatArray
 from semiwear.scene import oil_rating_tables as tables
 
-__all__ = ["LUBRICANT_FACTOR", "Oil", "OilFamily"]
-
 OilFamily = Literal["mineral", "polyalphaolefin", "polyglycol"]
 
 _KELVIN = 273.15

@@ -7,8 +7,6 @@ from math import sqrt
 
 from semiwear.contact.conditions import ContactConditions
 
-__all__ = ["raised"]
-
 
 def raised(conditions: ContactConditions, factor: float) -> ContactConditions:
     """Conditions of line contacts under a factor times their loads: pressure and width grow with its root."""

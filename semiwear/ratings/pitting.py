@@ -15,18 +15,6 @@ from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated
 from semiwear.scene import rating_tables as tables
 
-__all__ = [
-    "MOST_VISCOSITY",
-    "PitchPoint",
-    "Pitting",
-    "life_points",
-    "lubricant_factor",
-    "pitting_curve",
-    "roughness_factor",
-    "velocity_factor",
-]
-
-
 # Load cycles and life factors Z_NT of the groups of materials in ISO 6336-2, table 2; the last is that of the scene.
 _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
     "hardened_some_pits": ((6e5, 1.6), (1e7, 1.3), (1e9, 1.0)),

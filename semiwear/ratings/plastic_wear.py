@@ -14,16 +14,6 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 
-__all__ = [
-    "VDI_2736_SOURCE",
-    "active_profile_length",
-    "loss_factor",
-    "of_temperature",
-    "permissible_wear",
-    "plastic_wear",
-    "tooth_temperature",
-]
-
 VDI_2736_SOURCE = "VDI 2736 Part 2:2014, eqs. 8, 9, 19 and 20, formulas as an open program quotes them"
 
 

@@ -25,19 +25,6 @@ from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.oil import LUBRICANT_FACTOR, Oil
 from semiwear.scene import oil_rating_tables as tables
 
-__all__ = [
-    "SCUFFING_SOURCE",
-    "Lubrication",
-    "Scuffing",
-    "bulk_temperature_flash",
-    "bulk_temperature_integral",
-    "flash_temperature_safety",
-    "integral_temperature_safety",
-    "mean_flash_temperature",
-    "scuffing_integral_temperature",
-    "scuffing_temperature",
-]
-
 Lubrication = Literal["spray", "dip", "submerged"]
 
 SCUFFING_SOURCE = "ISO/TR 13989-1 and -2:2000 (ISO/TS 6336-20 and -21), formulas as an open program quotes them"

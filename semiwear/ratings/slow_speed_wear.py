@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["PLEWE_SOURCE", "slow_speed_wear"]
-
 PLEWE_SOURCE = "Plewe 1980, dissertation, TU Munich, as commonly quoted (Niemann and Winter 1989)"
 
 _PRESSURE_EXPONENT = 1.4

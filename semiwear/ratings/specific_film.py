@@ -15,8 +15,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.ratings.oil import Oil
 
-__all__ = ["FilmContact", "permissible_film", "specific_film"]
-
 _TEST_TO_LIMIT = 1.4  # lambda_GFP over the film of the test gear at its failure load stage
 
 

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 
-__all__ = ["bibliography", "bibtex", "keys_of", "titled"]
-
 _ENTRY = re.compile(r"^@\w+\{([^,]+),", re.MULTILINE)
 _STANDARD = re.compile(r"ISO(?:/TR)? (\d+(?:-\d+)?):(\d{4})")
 # the last capitalised words before a year are its authors: "Keer, Lee and Mura 1983"

@@ -7,8 +7,6 @@ from semiwear.references.citations import titled
 from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_sets, oil_at
 from semiwear.untyped import Table
 
-__all__ = ["KINDS", "named_text"]
-
 KINDS = (MATERIALS, WEAR, OILS)
 """Kinds of named data, in the order in which they are told."""
 

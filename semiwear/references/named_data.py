@@ -12,8 +12,6 @@ from math import log10
 
 from semiwear.untyped import Table
 
-__all__ = ["MATERIALS", "OILS", "WEAR", "named_set", "named_sets", "oil_at"]
-
 MATERIALS, WEAR, OILS = "materials", "wear", "oils"
 """Kinds of named data."""
 

@@ -22,8 +22,6 @@ from semiwear.report.measures import MEASURES
 from semiwear.report.trends import LEVEL_SHARE, Trend, falls, levels, rises
 from semiwear.untyped import Table
 
-__all__ = ["Compared", "Comparison", "Verdict", "compare"]
-
 _IS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 

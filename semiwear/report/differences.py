@@ -16,8 +16,6 @@ from semiwear.report.markup import unit_text, with_unit
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import worn_bodies
 
-__all__ = ["LOAD_SHARE", "RELATIVE", "Difference", "Kind", "Mark", "differences"]
-
 RELATIVE = 0.03
 """Two values agree up to this share: of the greater of the two, for wear on the map of the greatest wear."""
 

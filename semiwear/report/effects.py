@@ -13,8 +13,6 @@ from semiwear.report.numbers import life_numbers
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
 
-__all__ = ["effects_section"]
-
 _TITLES = {
     "mesh_efficiency": "Efficiency of the mesh",
     "friction_power_loss_mean": "Friction loss",

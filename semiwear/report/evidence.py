@@ -10,8 +10,6 @@ import xarray as xr
 from semiwear.results.missing import group_of, why_missing
 from semiwear.untyped import Table
 
-__all__ = ["Evidence", "NotComparable"]
-
 
 class NotComparable(Exception):
     """The result does not hold what a comparison needs; the message says what."""

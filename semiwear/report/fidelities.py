@@ -29,8 +29,6 @@ from semiwear.results.wearing import pitch_name, scene_tables, worn_bodies
 from semiwear.scene.toml_io import flat
 from semiwear.untyped import Table
 
-__all__ = ["against_section", "heading"]
-
 _DEFAULT = "default"
 _OF_FIDELITY = {
     "name",

@@ -8,8 +8,6 @@ from semiwear.report.picture_cards import card
 from semiwear.report.told import Told
 from semiwear.report.turning import TURNING_EXTRA, can_turn, turning_flanks
 
-__all__ = ["result_section"]
-
 
 def result_section(told: Told) -> str:
     """The worn flank beside the numbers that matter, then advice and the other numbers."""

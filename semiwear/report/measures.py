@@ -12,8 +12,6 @@ from semiwear.report.evidence import Evidence, NotComparable
 from semiwear.report.markup import figure_text
 from semiwear.results.schema import Zone
 
-__all__ = ["MEASURES"]
-
 Measure = Callable[[Evidence], SimpleNamespace]
 
 MEASURES: dict[str, Measure] = {}

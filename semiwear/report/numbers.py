@@ -16,8 +16,6 @@ from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, life_bodies, pitch_surface, scene_tables, shown_bodies
 from semiwear.scene.values import is_number
 
-__all__ = ["advice", "life_numbers", "main_numbers", "other_numbers"]
-
 Number = tuple[str, str, str]
 
 

@@ -10,8 +10,6 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.untyped import Table
 
-__all__ = ["Packer"]
-
 _STEPS = 65535  # of 16 bits
 
 

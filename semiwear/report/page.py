@@ -22,8 +22,6 @@ from semiwear.report.verdicts import verdicts_section
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.life_axis import life_in
 
-__all__ = ["SECTIONS", "write_report"]
-
 SECTIONS: tuple[Section, ...] = (
     Section("Result", result_section),
     Section("What ends the life", lambda told: ratings_section(told.tree)),

@@ -8,8 +8,6 @@ from semiwear.report.markup import element, picture
 from semiwear.report.pictures import OF_COLOURS, Drawn
 from semiwear.report.told import Told
 
-__all__ = ["card", "cards_of", "left_out"]
-
 
 def cards_of(told: Told, part: str) -> str:
     """Cards of the pictures of a part, those of one height together; empty without any."""

@@ -22,8 +22,6 @@ from semiwear.results.wearing import pitch_name, pitch_surface, shown_bodies
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["OF_COLOURS", "PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
-
 OF_COLOURS = ("wear_map", "contact_pattern", "wear_surface")
 """Pictures whose colours mean values."""
 

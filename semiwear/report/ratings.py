@@ -15,8 +15,6 @@ from semiwear.report.markup import NONE, element, figure_text, picture, table
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
 
-__all__ = ["first_failure_text", "ratings_section"]
-
 _SIZE = (8.0, 4.6)
 _HEAD = ("mode", "body", "required", "unworn", "last", "where it is least", "falls below", "error")
 

@@ -15,8 +15,6 @@ from semiwear.plot.two_results import TwoResults
 from semiwear.report.differences import Difference, Kind, Mark, shares
 from semiwear.report.markup import figure_text
 
-__all__ = ["reason"]
-
 TAKES_MORE = 0.005
 """An edge takes more load where the pair's load share is greater by this."""
 

@@ -15,16 +15,6 @@ from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import shown_bodies
 from semiwear.untyped import Value
 
-__all__ = [
-    "diagnostics",
-    "inputs",
-    "physics",
-    "references",
-    "residual_note",
-    "wear_steps",
-]
-
-
 _STEPS_BESIDE = 7  # wear steps beside one another
 
 _OF_GEAR = tuple(f"wear_depth_max_{zone}" for zone in ("root", "addendum", "pitch"))

@@ -12,8 +12,6 @@ from semiwear.report.pictures import Drawn, draw_all
 from semiwear.results.wearing import scene_tables
 from semiwear.untyped import Table
 
-__all__ = ["Section", "Told", "written"]
-
 
 @dataclass(frozen=True)
 class Told:

@@ -21,8 +21,6 @@ from semiwear.plot.flank import on_flank
 from semiwear.results.wearing import worn_bodies
 from semiwear.scene import Placement, Scene, parse_scene
 
-__all__ = ["ToothShape", "tooth_shape"]
-
 _FILLET_POINTS = 8
 _SAME = 1e-6  # of the height: nodes of another scene miss by more
 _SLAB = 0.4  # of the flank's height: how thick a tooth is drawn whose shape is not known

@@ -8,8 +8,6 @@ import numpy as np
 
 from semiwear.report.markup import figure_text
 
-__all__ = ["LEVEL_SHARE", "REVERSAL_SHARE", "RULES", "Trend", "falls", "levels", "rises"]
-
 REVERSAL_SHARE = 0.05
 """A series still rises while it stays within this share of its range of its running maximum."""
 

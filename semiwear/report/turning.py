@@ -26,8 +26,6 @@ from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.wearing import shown_bodies
 from semiwear.untyped import Table
 
-__all__ = ["TURNING_EXTRA", "can_turn", "script_hashes", "turning_flanks"]
-
 TURNING_EXTRA = "report"
 """Extra that brings the library of the view."""
 

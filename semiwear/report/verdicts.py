@@ -14,8 +14,6 @@ from semiwear.report.told import Told
 from semiwear.report.trends import RULES
 from semiwear.results.wearing import pitch_name
 
-__all__ = ["verdicts_section"]
-
 _WORDS = {Verdict.AGREE: "agree", Verdict.DISAGREE: "disagree", Verdict.NOT_COMPARED: "could not be compared"}
 
 

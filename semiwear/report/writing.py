@@ -11,8 +11,6 @@ from pathlib import Path
 
 from semiwear.targets import PAGES, file_target, replacing
 
-__all__ = ["document", "page_of", "page_target", "write_page"]
-
 
 def page_target(path: str | os.PathLike[str]) -> Path:
     """Where to write a page.

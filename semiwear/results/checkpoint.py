@@ -28,8 +28,6 @@ try:
 except ImportError:  # not a POSIX system: no lock against a second run
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["Checkpoint", "Keeper", "KeptStep", "NoCheckpoint", "Peek", "open_checkpoint", "peek", "remove_checkpoint"]
-
 _VERSION = 2
 _RUN, _STEPS, _WRITTEN = "run.json", "[0-9][0-9][0-9][0-9]*.npz", ".new"
 _REMEDY = "delete the folder, or run without --resume (resume=False), to start from the beginning"

@@ -20,8 +20,6 @@ from semiwear.results.schema import (
     variables_of,
 )
 
-__all__ = ["build_dataset", "build_tree", "check_tree", "with_rating_errors"]
-
 
 def build_tree(
     groups: Mapping[str, Mapping[str, np.ndarray]],

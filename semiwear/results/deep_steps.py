@@ -9,8 +9,6 @@ from semiwear.results.missing import group_of
 from semiwear.results.wearing import scene_tables
 from semiwear.wear.step_count import DEEP, PLAIN_STEPS
 
-__all__ = ["deep_steps"]
-
 
 def deep_steps(tree: xr.DataTree) -> list[str]:
     """A sentence if wear steps are several times deeper than usual, as errors grow with their depth; else none.

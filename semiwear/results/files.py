@@ -25,8 +25,6 @@ from semiwear.results.schema import GROUPS, SCHEMA_VERSION
 from semiwear.targets import RESULTS, file_target, replacing
 from semiwear.untyped import Options
 
-__all__ = ["open_results", "save", "sync_folder"]
-
 _SEAL_MARK = b"semiwear sha256:"
 _SEAL_SIZE = len(_SEAL_MARK) + hashlib.sha256().digest_size
 _NETCDF_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")

@@ -14,8 +14,6 @@ from xarray import DataTree
 from semiwear.arrays import FloatArray
 from semiwear.results.rating_errors import safeties_of
 
-__all__ = ["Errors", "History", "difference", "greatest", "history", "kind_of", "step_errors", "worst"]
-
 History = dict[str, FloatArray]
 """Reported quantities by name, each with the wear states as first axis."""
 Errors = dict[str, float]

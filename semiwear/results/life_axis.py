@@ -14,8 +14,6 @@ from semiwear.results.missing import group_of
 from semiwear.results.wearing import main_body, scene_tables
 from semiwear.scene.units import LIFE_UNITS
 
-__all__ = ["hours_of", "life_in"]
-
 _KM = 1e-6  # of a mm
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-__all__ = ["away_from_edges", "group_of", "missing_notes", "why_missing"]
-
 _LEAST_SHARE = 1e-6  # of the load; less is rounding
 
 

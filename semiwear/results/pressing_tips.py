@@ -8,8 +8,6 @@ import xarray as xr
 from semiwear.results.missing import group_of
 from semiwear.results.wearing import scene_tables
 
-__all__ = ["pressing_tips"]
-
 _LEAST_SHARE = 0.01  # of the load: tips whose slices bear less are not reported
 
 

@@ -12,8 +12,6 @@ from importlib import metadata
 
 from semiwear.scene.external import file_digests
 
-__all__ = ["provenance", "version"]
-
 _LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "xarray", "netCDF4")
 
 

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["safeties_of", "safety_and_life_errors"]
-
 _PREFIX = "safety_"
 
 

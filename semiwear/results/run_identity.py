@@ -14,8 +14,6 @@ from semiwear.scene.external import file_digests
 from semiwear.scene.toml_io import flat
 from semiwear.untyped import Value
 
-__all__ = ["differences", "run_identity"]
-
 _PACKAGE = Path(__file__).parents[1]
 # packages with which wear steps are computed, ...
 _PACKAGES = ("scene", "closed_forms", "geometry", "meshing", "compliance", "contact", "wear", "plan", "accuracy")

@@ -13,18 +13,6 @@ from enum import IntEnum
 from importlib import resources
 from types import MappingProxyType
 
-__all__ = [
-    "COORDINATES",
-    "GROUPS",
-    "SCHEMA_VERSION",
-    "VARIABLES",
-    "Variable",
-    "Zone",
-    "coordinates_of",
-    "variable",
-    "variables_of",
-]
-
 SCHEMA_VERSION = "1"
 """Version of the result files; a file of another version is refused with a clear message."""
 

@@ -13,18 +13,6 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene.kinds import KINDS
 from semiwear.untyped import Table, Value
 
-__all__ = [
-    "ControlPlace",
-    "control_place",
-    "life_bodies",
-    "main_body",
-    "pitch_name",
-    "pitch_surface",
-    "scene_tables",
-    "shown_bodies",
-    "worn_bodies",
-]
-
 
 class ControlPlace(NamedTuple):
     """Position of the control point of a result.

@@ -17,8 +17,6 @@ from xml.etree import ElementTree
 from semiwear.errors import SceneError
 from semiwear.untyped import Value
 
-__all__ = ["Attribute", "Component", "Relation", "RexsModel", "read_model"]
-
 _VERSIONS = ("1.", "2.")
 _ALLOWED = "a REXS file: *.rexs (XML), *.rexsj (JSON) or *.rexsz (zipped)"
 _MOST = 64 << 20  # bytes of a model: gear units with results have some hundred kilobytes

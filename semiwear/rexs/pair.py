@@ -14,8 +14,6 @@ from semiwear.rexs.model import Component, RexsModel, read_model
 from semiwear.scene import Scene, scene_from_dict
 from semiwear.untyped import Table, Value
 
-__all__ = ["RexsPair", "read_rexs"]
-
 _BODIES = ("pinion", "gear")
 _UNITS = {
     "mm": "mm", "deg": "deg", "°": "deg", "none": "none", "": "none", "-": "none", "N/mm^2": "N / mm^2",

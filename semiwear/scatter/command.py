@@ -40,8 +40,6 @@ from semiwear.untyped import Table, Value
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["SCATTER", "prepare_study"]
-
 SCATTER = ("scatter", *(argument.name for argument in fields(Sampling)), "before_meshes")
 """Entries of a study file whose fields scatter."""
 

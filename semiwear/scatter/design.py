@@ -21,8 +21,6 @@ from semiwear.scatter.distributions import Distribution
 from semiwear.scene.closest import closest
 from semiwear.scene.values import is_number, shown
 
-__all__ = ["Design", "correlation_matrix", "design", "read_correlation"]
-
 _LEAST = 2.0**-40  # a probability of 0 has no finite quantile
 
 

@@ -21,18 +21,6 @@ from semiwear.scene import Scene
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 
-__all__ = [
-    "DISTRIBUTIONS",
-    "USUAL_VARIATION",
-    "Distribution",
-    "LogNormal",
-    "Normal",
-    "Triangular",
-    "Uniform",
-    "read_distribution",
-    "usual_wear_coefficient",
-]
-
 USUAL_VARIATION = 0.5
 """Coefficient of variation of the wear coefficient from part to part if it is unknown: tests of equal parts
 differ by tens of per cent (Blau 2017, Wear 376-377, 1830-1840). An assumption of that order, not measured."""

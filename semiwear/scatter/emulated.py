@@ -14,8 +14,6 @@ from semiwear.scatter.distributions import Distribution, LogNormal
 from semiwear.scatter.statistics import quantities_of
 from semiwear.sweep.outcome import Status
 
-__all__ = ["emulated_samples", "first_solved"]
-
 _RUNS_A_FIELD = 8
 _WIDE = 3.0  # greatest over least value of a quantity whose logarithm is emulated
 _MOST_LISTED = 8

@@ -24,8 +24,6 @@ from scipy.stats import beta, binom
 
 from semiwear.arrays import BoolArray, FloatArray
 
-__all__ = ["Estimate", "Indices", "indices", "probability", "quantile"]
-
 _RESAMPLES = 500
 
 

@@ -32,8 +32,6 @@ from semiwear.untyped import Value
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Sampling", "ScatterJob", "draw", "read_scatter", "scatter"]
-
 _MOST_SAMPLES = 1 << 20
 _LEAST_EMULATED = 1 << (LEAST_RUNS - 1).bit_length()
 

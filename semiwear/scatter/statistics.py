@@ -18,8 +18,6 @@ from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 from semiwear.sweep.outcome import Status, has_numbers
 
-__all__ = ["SHARES", "Scatter", "end_text", "quantities_of", "varies"]
-
 SHARES = (0.1, 0.5, 0.9)
 """Probabilities of the quantiles; for a life these are B10, B50, B90."""
 

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from semiwear.errors import Problem
 from semiwear.untyped import Value
 
-__all__ = ["CrossRule", "RuleBook", "across", "find_conflicts"]
-
 CrossRule = Callable[..., Iterator[Problem]]
 RuleBook = list[tuple[tuple[str, ...], CrossRule]]
 """The dotted keys that a rule takes, in order, and the rule."""

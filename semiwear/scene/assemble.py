@@ -17,8 +17,6 @@ from semiwear.scene.schema import Schema, schemas_of_data
 from semiwear.scene.tables import default_worn_bodies
 from semiwear.untyped import Table, Value
 
-__all__ = ["examined", "further_problems", "with_origin"]
-
 
 def examined(data: Mapping[str, Value], known: Sequence[Problem]) -> tuple[Reading, list[Problem]]:
     """Fields of nested mappings laid out like a scene file, and what is wrong with them, besides what is known."""

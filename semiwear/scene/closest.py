@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 
-__all__ = ["closeness", "closest"]
-
 _CLOSE_ENOUGH = 0.6
 # A name whose every word stands in the option, such as torque in pinion_torque_Nm, means it, however short it is.
 _WORDS_WITHIN = 0.9

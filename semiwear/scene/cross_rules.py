@@ -13,8 +13,6 @@ from semiwear.scene.rules import BODIES, BodyCoefficients
 from semiwear.scene.tables import default_watched_body
 from semiwear.scene.values import shown
 
-__all__ = ["CROSS_RULES", "mm"]
-
 CROSS_RULES: RuleBook = []
 _across = partial(across, CROSS_RULES)
 _KINDS = {"seed_paper": "face_gear"}

@@ -14,8 +14,6 @@ from semiwear.scene.rules import watched_body
 from semiwear.scene.values import number, whole
 from semiwear.untyped import Value
 
-__all__ = ["CylindricalControlPoint", "CylindricalPair", "edge_radius"]
-
 edge_radius = edge_radius_of(4.5)
 
 

@@ -10,8 +10,6 @@ from semiwear.scene.across import RuleBook, across
 from semiwear.scene.cross_rules import mm
 from semiwear.scene.defaults import full_round_radius
 
-__all__ = ["CYLINDRICAL_CROSS_RULES"]
-
 CYLINDRICAL_CROSS_RULES: RuleBook = []
 _across = partial(across, CYLINDRICAL_CROSS_RULES)
 

@@ -16,8 +16,6 @@ from semiwear.scene.defaults import DerivedDefault
 from semiwear.scene.rule import Rule
 from semiwear.untyped import Value
 
-__all__ = ["declared", "derived_of", "filled_in", "meaning_of", "rules_of", "table"]
-
 T = TypeVar("T")
 
 _RULE, _WHAT, _DERIVED = "rule", "what", "derived"

@@ -6,18 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import atan, cos, pi, radians, sin, sqrt, tan
 
-__all__ = [
-    "USUAL_MODULE",
-    "DerivedDefault",
-    "bore_radius",
-    "edge_radius_of",
-    "face_centre",
-    "full_round_radius",
-    "modules",
-    "rack_tip_radius",
-    "shaper_tip_radius",
-]
-
 
 @dataclass(frozen=True)
 class DerivedDefault:

@@ -11,8 +11,6 @@ from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 from semiwear.untyped import Table, Value
 
-__all__ = ["edited"]
-
 # Setting one of these removes the others: a run has one end.
 _ENDS = ("wear.until.meshes", "wear.until.hours", "wear.until.control_depths_um")
 

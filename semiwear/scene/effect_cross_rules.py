@@ -17,8 +17,6 @@ from semiwear.scene.rules import BODIES
 from semiwear.scene.values import shown
 from semiwear.untyped import Value
 
-__all__ = ["EFFECT_CROSS_RULES", "find_missing_needs"]
-
 EFFECT_CROSS_RULES: RuleBook = []
 _across = partial(across, EFFECT_CROSS_RULES)
 

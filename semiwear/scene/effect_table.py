@@ -9,8 +9,6 @@ from typing import ClassVar, Protocol
 
 from semiwear.untyped import Table, Value
 
-__all__ = ["EffectTable", "ScreenedScene"]
-
 
 class ScreenedScene(Protocol):
     """Part of a `Scene` that a screening looks at: its operation and its wear."""

@@ -11,8 +11,6 @@ from semiwear.scene.schema import schema_of_data
 from semiwear.scene.toml_io import flat
 from semiwear.untyped import Value
 
-__all__ = ["file_digests", "named_files", "scene_files"]
-
 
 def named_files(data: Mapping[str, Value]) -> dict[str, str]:
     """Paths of the files that nested tables of a scene name, under the dotted keys of their fields."""

@@ -19,8 +19,6 @@ from semiwear.scene.rule import Rule, between, choice
 from semiwear.scene.values import number, numbers
 from semiwear.untyped import Value
 
-__all__ = ["FlankFracture"]
-
 _OF_CASE = ("surface_hardness_HV", "case_depth_mm")
 _OF_TABLE = ("hardness_depths_mm", "hardness_HV")
 

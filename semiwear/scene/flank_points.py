@@ -15,8 +15,6 @@ from semiwear.scene.rules import watched_body
 from semiwear.scene.values import number, numbers, whole
 from semiwear.untyped import Value
 
-__all__ = ["FlankPointsControlPoint", "FlankPointsPair"]
-
 Vector = tuple[float, float, float]
 
 

@@ -9,8 +9,6 @@ from math import hypot
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 
-__all__ = ["FLANK_POINTS_CROSS_RULES"]
-
 FLANK_POINTS_CROSS_RULES: RuleBook = []
 _across = partial(across, FLANK_POINTS_CROSS_RULES)
 

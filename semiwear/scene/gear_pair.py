@@ -21,8 +21,6 @@ from semiwear.scene.rule import Rule, angle, at_least_zero, between, choice, pos
 from semiwear.scene.values import number, whole
 from semiwear.untyped import Value
 
-__all__ = ["FaceGearPair"]
-
 # The upper limits of whole numbers are far beyond use; they keep slips from exhausting memory.
 _TEETH = "count the teeth of the whole gear"
 _CUTTER_TIP = "leave the field out for its default, which grows with the module"

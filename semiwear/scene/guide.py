@@ -22,8 +22,6 @@ from semiwear.scene.toml_io import read_toml, write_toml
 from semiwear.scene.units import unit_of
 from semiwear.untyped import Table, Value
 
-__all__ = ["EXAMPLES", "FieldNote", "field_notes", "fields_text", "json_schema", "new_scene"]
-
 EXAMPLES = {"face_gear": "face_gear_25x160", "cylindrical": "spur_fzg_c"}
 """Shipped scenes whose values a new one of the kind starts from."""
 

@@ -13,8 +13,6 @@ from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.tables import ControlPoint
 
-__all__ = ["KINDS", "GearPair"]
-
 GearPair: TypeAlias = FaceGearPair | CylindricalPair | FlankPointsPair
 """Table ``[gear_pair]`` of any kind.
 

@@ -13,8 +13,6 @@ from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.toml_io import read_toml
 from semiwear.sources import no_pipe
 
-__all__ = ["load_scene", "parse_scene", "shipped_scenes"]
-
 _SUFFIX = ".toml"
 _MOST_BYTES = 1_000_000
 _NETCDF = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")

@@ -16,17 +16,6 @@ from semiwear.scene.rule import Rule, above, between, choice, grid_file, positiv
 from semiwear.scene.values import number, numbers
 from semiwear.untyped import Table, Value
 
-__all__ = [
-    "FlankModification",
-    "FreeEdges",
-    "LoadSpectrum",
-    "Misalignment",
-    "PitchError",
-    "RunLife",
-    "ShaftCompliance",
-]
-
-
 _SHIFT = "a shift in mm, usually below 0.1; give um divided by 1000"
 _TURN = "a rotation in mrad, usually below 1; 1 degree is 17.45 mrad"
 _RELIEF = "in um, usually 5 to 100 at a module of some mm; 0 for none"

@@ -14,8 +14,6 @@ from semiwear.scene.kinds import GearPair
 from semiwear.scene.rule import anything, choice
 from semiwear.scene.tables import Materials, Numerics, Operation, Wear, default_worn_bodies
 
-__all__ = ["SceneTables"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SceneTables:

@@ -16,8 +16,6 @@ from semiwear.scene.rules import BODIES, BodyCoefficients, BodyData
 from semiwear.scene.tables import Material
 from semiwear.untyped import Table, Value
 
-__all__ = ["NAMED_DATA_RULES", "NAMING", "dropped_with", "with_named_data"]
-
 NAMING = tuple(f"material.{body}" for body in BODIES)
 """Tables for which a name may stand alone, `material.gear = "POM"`."""
 

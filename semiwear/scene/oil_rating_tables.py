@@ -22,8 +22,6 @@ from semiwear.scene.rule import between, choice
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
-__all__ = ["Micropitting", "OilTable", "Scuffing"]
-
 _NEEDS = ("wear", "operation.pinion_speed_rpm", "effects.flash_temperature")
 
 

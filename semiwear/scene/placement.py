@@ -7,8 +7,6 @@ from dataclasses import dataclass, fields
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.values import Unreadable, number, shown
 
-__all__ = ["Placement"]
-
 
 @dataclass(frozen=True)
 class Placement:

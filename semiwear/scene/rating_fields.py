@@ -10,16 +10,6 @@ from semiwear.scene.rule import Rule, between
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
-__all__ = [
-    "RatingTable",
-    "factor",
-    "inner_load_factor",
-    "limit_of_safety",
-    "outer_load_factor",
-    "usual_above",
-    "usual_range",
-]
-
 
 class RatingTable(EffectTable):
     """Base of the tables of failure modes: they tell of a run and change nothing in it.

@@ -13,8 +13,6 @@ from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema,
 from semiwear.scene.values import shown
 from semiwear.untyped import Table, Value
 
-__all__ = ["MOST_UNKNOWN", "Reading", "more_unknown", "read_fields", "unknown_key"]
-
 # A name from the same table is a likelier meaning than an equally close one from elsewhere.
 _SAME_TABLE_BONUS = 0.1
 # Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.

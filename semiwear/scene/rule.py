@@ -12,20 +12,6 @@ from semiwear.scene.closest import closest
 from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole
 from semiwear.untyped import Value
 
-__all__ = [
-    "Rule",
-    "above",
-    "angle",
-    "any_number",
-    "anything",
-    "at_least_zero",
-    "between",
-    "choice",
-    "grid_file",
-    "or_auto",
-    "positive",
-]
-
 
 @dataclass(frozen=True)
 class Rule:

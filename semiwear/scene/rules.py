@@ -13,21 +13,6 @@ from semiwear.scene.rule import Rule, choice
 from semiwear.scene.values import Unreadable, number, numbers, shown, text, texts
 from semiwear.untyped import Value
 
-__all__ = [
-    "BODIES",
-    "USUAL_WEAR_COEFFICIENTS",
-    "BodyCoefficients",
-    "BodyData",
-    "increasing_depths",
-    "named_data",
-    "tooth_compliance",
-    "watched_body",
-    "wear_coefficient",
-    "wear_data",
-    "worn_bodies",
-    "youngs_modulus",
-]
-
 BODIES = ("pinion", "gear")
 """Both bodies, in the order in which a scene keeps them."""
 

@@ -11,8 +11,6 @@ from semiwear.scene.effect_table import EffectTable
 from semiwear.scene.rule import above, between, choice
 from semiwear.scene.values import number
 
-__all__ = ["RunningIn"]
-
 _LAW, _MODE = "effects.wear_law.lubrication", "effects.micropitting"
 
 

@@ -17,8 +17,6 @@ from semiwear.scene.schema import INLINE_TABLES, built_tables, to_dict
 from semiwear.scene.toml_io import flat, write_toml
 from semiwear.untyped import Table, Value
 
-__all__ = ["Check", "Scene", "scene_from_dict"]
-
 _FOLDED = ("material", "numerics")  # in a notebook
 
 

@@ -18,21 +18,6 @@ from semiwear.scene.rules import BODIES, BodyCoefficients, BodyData
 from semiwear.scene.tables import Material, Materials, Numerics, Operation, Wear, WearUntil
 from semiwear.untyped import Options, Table, Value
 
-__all__ = [
-    "INLINE_TABLES",
-    "NEVER_EMPTY",
-    "OPTIONAL_TABLES",
-    "SCHEMAS",
-    "Schema",
-    "built_tables",
-    "last_of",
-    "parent",
-    "schema_of_data",
-    "schema_of_scene",
-    "schemas_of_data",
-    "to_dict",
-]
-
 OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in EFFECTS))
 _MOST_TABLES = 200  # looked through for the one that is misspelled
 # These only hold effects: written without any, they would do nothing and look as if they did.

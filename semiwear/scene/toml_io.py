@@ -10,8 +10,6 @@ from semiwear.errors import Problem, SceneError
 from semiwear.scene.values import shown
 from semiwear.untyped import Table, Value
 
-__all__ = ["flat", "read_toml", "write_toml"]
-
 _SHORT_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 

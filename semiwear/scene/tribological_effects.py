@@ -14,8 +14,6 @@ from semiwear.scene.rules import named_data
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
-__all__ = ["FlashTemperature", "Friction", "Lubrication"]
-
 _SPEED = "operation.pinion_speed_rpm"
 _OIL = "dynamic viscosity in mPa s (cP) at working temperature: 5 to 100 is usual"
 _ROUGHNESS = "in um: ground gears have Ra 0.2 to 0.8"

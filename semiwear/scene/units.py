@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["LIFE_UNITS", "UNITS", "unit_of"]
-
 UNITS = {
     "mm2_per_N": "mm^2/N",
     "um_per_kN": "um/kN",

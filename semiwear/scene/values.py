@@ -10,20 +10,6 @@ from typing import TypeGuard
 
 from semiwear.untyped import Value
 
-__all__ = [
-    "Reader",
-    "Unreadable",
-    "is_number",
-    "is_whole",
-    "meant_number",
-    "number",
-    "numbers",
-    "shown",
-    "text",
-    "texts",
-    "whole",
-]
-
 Reader = Callable[[object], Value]
 """Converts a raw value or raises `Unreadable`."""
 

@@ -14,8 +14,6 @@ from semiwear.scene.rule import above, at_least_zero, between, positive
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
-__all__ = ["HardnessLaw", "LoadLaw", "LubricationLaw", "TemperatureLaw", "WearLaws"]
-
 _HARDNESS = "Vickers hardness: about 700 for a case, 300 to 450 for a core; 60 HRC is 697 HV"
 _TEMPERATURE = "in degrees Celsius: 60 to 120 is usual"
 

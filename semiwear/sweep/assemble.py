@@ -22,8 +22,6 @@ from semiwear.sweep.scenes import Member
 from semiwear.sweep.store import Store
 from semiwear.sweep.variation import SAMPLE, Axis, Variation
 
-__all__ = ["INVERSE_TO_COEFFICIENT", "assembled"]
-
 INVERSE_TO_COEFFICIENT = (MESHES, "/life/meshes_to_limit", "/life/hours_to_limit")
 """Variables that are inverse to the wear coefficient if all others do not depend on it (`shared_solution`)."""
 

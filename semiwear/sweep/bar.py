@@ -12,8 +12,6 @@ from semiwear.simulate import NoProgress, Progress
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["Bar", "hearing"]
-
 
 class Bar:
     """A progress bar of tqdm; scenes kept from an earlier sweep count as done, but not for the rate."""

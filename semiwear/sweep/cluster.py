@@ -15,8 +15,6 @@ from semiwear.sweep.store import identity
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-__all__ = ["on_cluster"]
-
 _AHEAD = 2  # scenes submitted for each worker: one at work, one waiting
 _WAIT = 30.0  # s, for a first worker
 

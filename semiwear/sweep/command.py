@@ -26,8 +26,6 @@ from semiwear.targets import PAGES, file_target, require_apart
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Ended", "Prepared", "Solved", "prepare_sweep", "run_study", "store_of"]
-
 _MOST_LISTED = 10
 _MOST_DIGITS = 9  # of a number of processes
 _ANSWER = 10.0  # s, of a scheduler

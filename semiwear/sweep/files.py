@@ -15,8 +15,6 @@ from semiwear.results.files import sync_folder
 from semiwear.sources import no_pipe
 from semiwear.targets import RESULTS, file_target, naming
 
-__all__ = ["ENDINGS", "open_sweep", "sweep_target", "write_sweep"]
-
 _ZARR = ".zarr"
 ENDINGS = (*RESULTS, _ZARR)
 """Endings of the names of sweep files."""

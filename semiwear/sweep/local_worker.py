@@ -13,8 +13,6 @@ import sys
 from semiwear.sweep.outcome import solve_on_one_thread
 from semiwear.sweep.pipe import READY, receive, send
 
-__all__ = ["main"]
-
 
 def main() -> None:
     """Solve scenes until standard input ends."""

@@ -13,8 +13,6 @@ from semiwear.results import COORDINATES, GROUPS, VARIABLES
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 
-__all__ = ["MESHES", "STATES", "Measure", "Measured", "is_numeric", "measure_of", "read_off"]
-
 STATES = ("all", "last")
 MESHES = "/history/meshes"
 """Engagements of a gear tooth at every wear state: a coordinate of a result, a variable of a sweep."""

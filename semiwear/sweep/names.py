@@ -6,8 +6,6 @@ from collections.abc import Iterable
 
 from semiwear.results import COORDINATES, VARIABLES
 
-__all__ = ["OWN", "short_names"]
-
 OWN = ("sample", "status", "message", "seconds", "last_wear_step")
 """Names that every sweep uses."""
 

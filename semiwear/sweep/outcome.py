@@ -24,8 +24,6 @@ from semiwear.sweep.measure import MESHES, Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
-__all__ = ["Outcome", "Status", "has_numbers", "solve", "solve_on_one_thread"]
-
 _TO_LIMIT = "/life/meshes_to_limit", "/life/hours_to_limit"
 _one_at_a_time = threading.Lock()  # solvers reuse their work space
 

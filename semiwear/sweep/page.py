@@ -23,8 +23,6 @@ from semiwear.report.writing import page_of, page_target, write_page
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["QUANTITIES", "write_sweep_report"]
-
 QUANTITIES = (
     "meshes_to_limit",
     "meshes",

@@ -6,8 +6,6 @@ import pickle
 import struct
 from typing import BinaryIO
 
-__all__ = ["READY", "receive", "send"]
-
 READY = "ready"
 """First message of a worker that has loaded its modules."""
 

@@ -17,8 +17,6 @@ from semiwear.sweep.pipe import READY, receive, send
 from semiwear.sweep.scenes import Task
 from semiwear.sweep.shares import Shares
 
-__all__ = ["Crew"]
-
 ATTEMPTS = 2
 """Number of processes that may die on a scene before it counts as lost."""
 

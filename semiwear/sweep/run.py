@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from distributed import Client
     from pandas import DataFrame
 
-__all__ = ["Job", "crew_of", "read_job", "run_job", "solve_job", "sweep"]
-
 _MOST_WORKERS = 1024
 
 

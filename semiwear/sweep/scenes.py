@@ -17,8 +17,6 @@ from semiwear.sweep.measure import Measure
 from semiwear.sweep.variation import Variation
 from semiwear.untyped import Table
 
-__all__ = ["Member", "Task", "gather", "geometry_of", "scenes_of", "shared_by", "shared_solution"]
-
 _COEFFICIENT = "wear.coefficient_mm2_per_N"
 _ENDS = frozenset({"/life/meshes_to_end", "/life/hours_to_end", "/life/ended_by"})
 _MOST_SHOWN = 20

@@ -6,8 +6,6 @@ from semiwear.accuracy import simulate
 from semiwear.scene import Scene
 from semiwear.scene.load import parse_scene
 
-__all__ = ["settled"]
-
 
 def settled(scene: Scene) -> Scene:
     """The scene with the numerics chosen for its accuracy, in plain wear steps; unchanged without an accuracy.

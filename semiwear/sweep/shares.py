@@ -8,8 +8,6 @@ from collections.abc import Hashable, Iterable
 
 from semiwear.sweep.scenes import Task, shared_by
 
-__all__ = ["Shares"]
-
 
 class Shares:
     """Remaining scenes, grouped by their common data.

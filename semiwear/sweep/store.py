@@ -27,8 +27,6 @@ from semiwear.results.run_identity import run_identity
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
 
-__all__ = ["FileStore", "MemoryStore", "Store", "identity", "kept_scenes", "open_store"]
-
 _VERSION = 1
 _HEAD, _ENDING, _PART = "sweep.json", ".npz", ".part"
 _LEFT = 3600.0  # s after which no sweep is still writing a part

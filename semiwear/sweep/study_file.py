@@ -34,8 +34,6 @@ from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
-__all__ = ["OPTIONS", "Study", "flat_fields", "read_study"]
-
 OPTIONS = ("measure", "wear_states", "combine")
 """Further arguments of `sweep`, which may stand in a study file."""
 

@@ -26,8 +26,6 @@ from semiwear.untyped import Table, Value
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["COMBINATIONS", "SAMPLE", "Axis", "Variation", "Varied", "read_variation"]
-
 COMBINATIONS = ("grid", "zip")
 SAMPLE = "sample"
 

@@ -24,8 +24,6 @@ from semiwear.errors import ConvergenceError
 from semiwear.wear.stepping import ControlPoint, Trial, WearState, WearStepper
 from semiwear.wear.two_stage import measured
 
-__all__ = ["AdaptiveStepper"]
-
 _STEP_SHARE = 0.5  # of the requested accuracy; errors add as squares, so that most of it is left for the grids
 _STEP_MOST = 0.03  # longer steps leave rough flanks, which a finer grid does not smooth
 _REMAINS = 0.25  # share of an error that is left after the next step

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["wear_depth", "wear_per_mesh"]
-
 
 def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
     """Wear depth h = k * integral of p v_s dt [mm], v_s the sliding speed (Archard 1953, eq. 4, for each point).

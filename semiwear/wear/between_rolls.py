@@ -15,18 +15,6 @@ import numpy as np
 from semiwear.kernel_cache import ZERO, inner_njit
 from semiwear.meshing.flank_grid import locate
 
-__all__ = [
-    "VALLEY",
-    "lay",
-    "lay_pieces",
-    "lay_points",
-    "lies_within",
-    "node_width",
-    "shifts_of",
-    "span_of",
-    "step_of",
-]
-
 VALLEY = 2  # mark in `at_edge` of stretches beyond the ridge from a pressed edge
 _LEAST_STEP = 1e-6  # of a flank's height
 _SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would lose digits

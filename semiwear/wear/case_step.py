@@ -25,8 +25,6 @@ from semiwear.wear.state import LoadCase
 from semiwear.wear.swept_line import Sweep, own_wear
 from semiwear.wear.worn import WearMultipliers, Worn
 
-__all__ = ["CaseStep", "CoefficientFactor", "DepthFactor"]
-
 CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, LoadedState], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 DepthFactor = Callable[[FloatArray], FloatArray]

@@ -12,9 +12,6 @@ from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.flank_grid import locate
 from semiwear.wear.between_rolls import node_width
 
-__all__ = ["deposit_cells"]
-
-
 _ROUNDING = 1e-12
 
 

@@ -19,8 +19,6 @@ from semiwear.wear.laws import ContactLaw
 if TYPE_CHECKING:
     from semiwear.contact.running_in import RunningIn
 
-__all__ = ["ContactFactor"]
-
 
 class Clock(Protocol):
     """Stopwatch that adds up seconds by effect."""

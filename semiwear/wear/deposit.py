@@ -25,19 +25,6 @@ from semiwear.threads import in_loose_shares
 from semiwear.wear.between_rolls import VALLEY, lay_pieces, node_width, shifts_of, step_of
 from semiwear.wear.footprint_rows import FootprintRows, lay_down, no_rows, take_up
 
-__all__ = [
-    "Nodes",
-    "Spread",
-    "factor_at",
-    "factor_in",
-    "lay_footprint",
-    "over_widths",
-    "piece_space",
-    "pieces_of",
-    "spread_over_flank",
-    "sum_of_rows",
-]
-
 
 class Spread(NamedTuple):
     """Amounts to be spread over the footprints, (roll, face) and (roll, face, 2) arrays.

@@ -9,8 +9,6 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.flank_pair import DRIVING
 from semiwear.wear.state import ControlPoint, WearState
 
-__all__ = ["next_trial", "positions_at"]
-
 _LEAST_SLOPE = 0.1  # speed of the line on the driving flank over that on the driven flank; 1 in pure rolling
 
 

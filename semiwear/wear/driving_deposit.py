@@ -29,8 +29,6 @@ from semiwear.wear.deposit import (
 )
 from semiwear.wear.footprint_rows import FootprintRows, lay_down, no_rows, take_up
 
-__all__ = ["spread_over_both_flanks", "sum_of_driving_rows"]
-
 
 class _Driving(NamedTuple):
     """Where contact lines lie on the driving flank, (roll, face), and the nodes of its stations.

@@ -14,8 +14,6 @@ from semiwear.contact.footprint_windows import narrow
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.removed import Removed
 
-__all__ = ["FollowedGap"]
-
 _MARGIN = 4.0  # footprint depths that the flanks wear before the windows of nodes are found again
 
 

@@ -13,8 +13,6 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["FootprintRows", "lay_down", "no_rows", "rows_of", "take_up"]
-
 
 class FootprintRows(NamedTuple):
     """Deposits of footprints at the nodes of a flank, footprint by footprint.

@@ -19,8 +19,6 @@ from semiwear.untyped import Options
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.volume import WearVolume
 
-__all__ = ["restored_state", "state_arrays"]
-
 _NUMBERS = ("meshes", "pace", "error", "law_residual", "depth_ratio")  # attributes of a state
 
 

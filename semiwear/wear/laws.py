@@ -16,17 +16,6 @@ from semiwear.contact.friction import Friction
 from semiwear.scene import wear_laws as tables
 from semiwear.untyped import Value
 
-__all__ = [
-    "CONTACT_LAWS",
-    "ContactLaw",
-    "ContactPhysics",
-    "HardnessLaw",
-    "LoadLaw",
-    "LubricationLaw",
-    "TemperatureLaw",
-]
-
-
 _GAS_CONSTANT = 8.314462618e-3  # kJ/(mol K), CODATA 2018
 _ZERO_CELSIUS = 273.15  # K
 _LEAST_PRESSURE = 0.01  # of the reference pressure: below it a factor of negative power is constant

@@ -29,17 +29,6 @@ from semiwear.wear.step_influence import CyclesTo, SpreadLoad, StepInfluence, fo
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import WearMultipliers, Worn
 
-__all__ = [
-    "Growth",
-    "InterpolatedWear",
-    "MarchedWear",
-    "WeightedLoads",
-    "by_width",
-    "driving_wear_at",
-    "line_load_of",
-]
-
-
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """New depth from a depth and the increment by the wear coefficient of the surface."""
 

@@ -34,8 +34,6 @@ from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.wear.cell_deposit import deposit_cells
 
-__all__ = ["marched_wear", "sliding_distance_under_contact", "spread_by_contact"]
-
 
 def _sum_over_rolls(
     teeth: LoadedTeeth, cells: PatchCells, rate: FloatArray, slices: BoolArray

@@ -14,8 +14,6 @@ from typing import Protocol
 from semiwear.wear.state import ControlPoint, WearState
 from semiwear.wear.step_count import DEEP, parts_of_step
 
-__all__ = ["parted_step_to_depth"]
-
 _SPLINTER = 1e-2  # of a part: a shorter last part is added to the one before
 
 

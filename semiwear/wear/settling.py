@@ -14,8 +14,6 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Settling"]
-
 _MEMORY = 5  # differences that are mixed; more save no iteration
 _RANK_TOLERANCE = 1e-8  # of the greatest singular value of the differences
 _UNBOUNDED = 12  # iterations without bounds in which changes need not fall to a tenth

@@ -12,8 +12,6 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.wear.volume import WearVolume
 from semiwear.wear.worn import Worn
 
-__all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
-
 
 @dataclass(frozen=True)
 class LoadCase:

@@ -8,19 +8,6 @@ from __future__ import annotations
 
 from math import ceil
 
-__all__ = [
-    "DEEP",
-    "LEAST_STEPS",
-    "MOST_STEPS",
-    "PLAIN_STEPS",
-    "SEARCH_STEPS",
-    "depth_of_step",
-    "life_steps_for_depth",
-    "parts_of_step",
-    "steps_for_depth",
-    "steps_of_life",
-]
-
 _DEPTH_A_STEP = 4.5e-4  # of the base pitch: 6 um at a module of 4.5 mm
 LEAST_STEPS, MOST_STEPS = 3, 40
 # in two stages: lives of the shipped pair until 10 to 60 um have errors up to 1.1 %, in three steps up to 4.6 %

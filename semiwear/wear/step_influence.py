@@ -34,8 +34,6 @@ from semiwear.wear.footprint_rows import FootprintRows, rows_of
 from semiwear.wear.swept_line import EdgeShares, Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import Worn
 
-__all__ = ["Cycles", "CyclesTo", "SpreadLoad", "StepInfluence", "followed", "mean_mesh"]
-
 
 class Cycles(NamedTuple):
     """Cycles of a step; the contact geometry is updated after each.

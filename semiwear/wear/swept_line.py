@@ -38,18 +38,6 @@ from semiwear.wear.deposit import Spread, spread_over_flank
 from semiwear.wear.driving_deposit import spread_over_both_flanks
 from semiwear.wear.footprint_rows import FootprintRows
 
-__all__ = [
-    "EdgeShares",
-    "Sweep",
-    "fresh_sweep",
-    "own_wear",
-    "sweep",
-    "wear_of_both_flanks",
-    "wear_of_mesh",
-    "worn_sweep",
-]
-
-
 _FARTHEST = 0.075  # of the flank's height: slices farther apart come into contact in no step
 _STANDSTILL = (
     7.5e-8  # of the flank's height per roll: least speed, since far from contact a line may rest at a border

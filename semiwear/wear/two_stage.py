@@ -28,8 +28,6 @@ from semiwear.wear.state import ControlPoint, Trial, WearState
 from semiwear.wear.stepping import WearStepper
 from semiwear.wear.worn import Worn
 
-__all__ = ["ERROR_SHARE", "FIRST_STAGES", "SECOND_ORDER", "Measured", "TwoStageStepper", "first_stage_of", "measured"]
-
 SECOND_ORDER = 1.0 - 0.5**0.5
 FIRST_STAGES = {
     0.0: SECOND_ORDER, 0.25: 0.29922, 0.5: 0.30538, 1.0: 0.31717, 1.5: 0.3281, 2.0: 0.33807, 3.0: 0.35492,

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from semiwear.wear.mapping import WeightedLoads
     from semiwear.wear.swept_line import Sweep
 
-__all__ = ["WearVolume", "map_volume", "sliding_work"]
-
 
 _POINTS = 8  # across a contact
 

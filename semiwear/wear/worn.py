@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from semiwear.arrays import FloatArray
 
-__all__ = ["WearMultipliers", "Worn"]
-
 
 class Worn(NamedTuple):
     """Wear depths of both flanks, each on its own nodes [mm]; None for a driving flank that does not wear."""

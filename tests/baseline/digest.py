@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-__all__ = ["ELSEWHERE", "TOLERANCE", "differences", "digest"]
-
 TOLERANCE = 1e-9  # of a variable's greatest value
 ELSEWHERE = 1e-6  # of it, on a processor that adds in another order: 1.2e-7 at most between AVX-512 and AVX2
 _VALUES = 3

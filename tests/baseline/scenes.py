@@ -16,8 +16,6 @@ from semiwear.contact import solve_half_space
 from tests.scenes import SMALL
 from tests.strategies.point_flanks import exported, scene_of
 
-__all__ = ["RUNS", "result"]
-
 Result = xr.DataTree | xr.Dataset
 
 

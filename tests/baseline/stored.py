@@ -11,8 +11,6 @@ import llvmlite.binding
 
 from tests.baseline.digest import ELSEWHERE, TOLERANCE
 
-__all__ = ["read", "tolerance", "write"]
-
 _PROCESSOR = "processor"
 _DATA = Path(__file__).parent / "data"
 

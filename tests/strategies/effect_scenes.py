@@ -8,8 +8,6 @@ from tests.scenes import MEDIUM, SHIPPED
 from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
 from tests.strategies.ratings import BENDING, PITTING
 
-__all__ = ["NEUTRAL", "PLAIN", "SPEED"]
-
 PLAIN = SHIPPED.replace(
     MEDIUM
     | {

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-__all__ = ["BALANCE", "assert_finite_or_explained", "equations_hold"]
-
 BALANCE = 1e-9  # of the torque
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}  # of the approach: rounding; the tolerance that patches are solved to
 

@@ -19,23 +19,6 @@ from hypothesis import strategies as st
 from semiwear.scene import Placement, Scene
 from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, UNTIL_MESHES, scene_of
 
-__all__ = [
-    "HardCase",
-    "Hung",
-    "LineGap",
-    "conditions",
-    "gear_pairs",
-    "hard_cases",
-    "hard_placements",
-    "line_gaps",
-    "measured_flanks",
-    "mirrored",
-    "torque_factors",
-    "wear_maps",
-    "wear_runs",
-    "within",
-]
-
 DERIVED = (
     "pinion_centre_mm",
     "pinion_addendum_mm",

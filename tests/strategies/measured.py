@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 from semiwear.measured.nominal import NominalFlank
 from semiwear.measured.rigid import Displacement
 
-__all__ = ["displaced", "displacements", "gentle_deviations", "grid_on"]
-
 
 def displacements():
     """Rotations about the axis by any angle, and shifts along it by up to 0.05 mm."""

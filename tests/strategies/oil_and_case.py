@@ -6,15 +6,6 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-__all__ = [
-    "FLANK_FRACTURE",
-    "MICROPITTING",
-    "SCUFFING",
-    "flank_fracture_tables",
-    "micropitting_tables",
-    "scuffing_tables",
-]
-
 _BODIES = "pinion", "gear"
 _OIL: dict[str, Any] = {
     "oil_family": "mineral",

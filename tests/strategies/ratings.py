@@ -6,8 +6,6 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-__all__ = ["BENDING", "PITTING", "RATED", "bending_tables", "pitting_tables"]
-
 PITTING: dict[str, Any] = {
     "pinion_limit_MPa": 1500.0,
     "gear_limit_MPa": 1450.0,

@@ -12,8 +12,6 @@ import xarray as xr
 import semiwear as sw
 from semiwear.geometry.point_grid import PointGrid, read_point_grid, write_point_grid
 
-__all__ = ["dimensionless_difference", "scaled", "scaled_grid"]
-
 # of the size; everything else is dimensionless or a stress
 _POWERS = {"mm": 1, "um": 1, "N/mm": 1, "N": 2, "mm^3": 3}
 # Neither depends on the size alone: seconds, and counts and rests of iterations that stop below a tolerance.

@@ -22,8 +22,6 @@ from validation.section import Section
 from validation.sections.finite_elements import summary
 from validation.tables import dataset, failures_note, listed, percent, with_unit
 
-__all__ = ["FiniteElementCost", "build", "finite_element_cost"]
-
 TITLE = "Accuracy against time"
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 _LEAST = 1e-5  # errors below are drawn here: references are no better

@@ -17,17 +17,6 @@ from validation.problems import BlockOnRing
 from validation.standing_contact import StandingContact
 from validation.tables import dataset, with_unit
 
-__all__ = [
-    "RING_STEPS",
-    "RING_STRIPS",
-    "RingRun",
-    "against_tests",
-    "depths_data",
-    "profile_data",
-    "ring_part",
-    "ring_run",
-]
-
 RING_STRIPS = 160
 RING_STEPS = (1, 2, 5, 10, 20)
 """Implicit steps for every 800 m."""

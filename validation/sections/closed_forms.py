@@ -32,8 +32,6 @@ from validation.sections.block_on_ring import (
 )
 from validation.tables import dataset, percent, with_unit
 
-__all__ = ["build"]
-
 TITLE = "Closed forms and literature"
 LOAD, CURVATURES, MODULUS = 5000.0, (1 / 20.0, 1 / 2000.0), 115e3  # of the elliptic contact: N, 1/mm, MPa
 _SIZES = (32, 48, 64, 96, 128)

@@ -16,8 +16,6 @@ from validation.progress import Progress
 from validation.section import Section
 from validation.tables import dataset
 
-__all__ = ["TITLE", "build"]
-
 TITLE = "Failure modes: local safeties beside global ones"
 COARSE = {"numerics.face_slices": 21, "numerics.roll_positions": 16, "numerics.profile_points": 61}
 COARSE |= {"numerics.harmonics": 5}

@@ -22,8 +22,6 @@ from validation.progress import Progress
 from validation.section import Section
 from validation.tables import dataset, percent, text_table, with_unit
 
-__all__ = ["Case", "build", "read_cases", "summary"]
-
 TITLE = "Core against finite elements"
 BEARS = 0.1
 """Share of the load from which a tooth pair counts."""

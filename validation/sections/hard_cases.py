@@ -17,8 +17,6 @@ from validation.section import Section
 from validation.standing_contact import EXPLICIT_LIMIT, StandingContact, roughness_after
 from validation.tables import dataset, percent, power, text_table
 
-__all__ = ["build"]
-
 TITLE = "Hard cases"
 COARSE = 0.05
 """Change of a load share by which a grid is told to be too coarse for a case."""

@@ -16,8 +16,6 @@ from validation.progress import Progress
 from validation.section import Section
 from validation.tables import dataset, failures_note, percent
 
-__all__ = ["TITLE", "build"]
-
 TITLE = "Helical pairs against finite elements"
 TREND_WIDTH = 30.0
 """Face width of the pairs whose mesh stiffness is followed over the helix angle [mm]."""

@@ -41,8 +41,6 @@ from validation.sections.paper_torque import (
 from validation.tables import dataset, percent, text_table, with_unit
 from validation.torque_inference import BestTorque, Inferred, best_torque, inferred_torque
 
-__all__ = ["build"]
-
 TITLE = "The paper"
 
 

@@ -16,8 +16,6 @@ from validation.charts import COLOURS, MARKERS, card, cards, plain_log
 from validation.progress import Progress
 from validation.tables import dataset, listed, percent, with_unit
 
-__all__ = ["QUICK_STEPS", "STEPS", "explained", "life_of", "life_part", "schemes_part", "worn_by_schemes"]
-
 STEPS = {"explicit": (12, 48, 120), "implicit": (12, 48)}
 QUICK_STEPS = {"explicit": (12, 36), "implicit": (12, 36)}
 """Steps to the last control depth: twelve explicit ones are the paper's; the most implicit ones are converged."""

@@ -16,19 +16,6 @@ from validation.progress import Progress
 from validation.tables import percent, text_table, with_unit
 from validation.torque_inference import BestTorque, Inferred
 
-__all__ = [
-    "FIGURES",
-    "QUICK",
-    "QUICK_TORQUES",
-    "SETS",
-    "TOLERANCE",
-    "TORQUES",
-    "figures_of",
-    "model_of",
-    "over_torque",
-    "torque_part",
-]
-
 TORQUES = (100.0, 200.0, 400.0, 600.0, 800.0, 1000.0, 1300.0, 1600.0, 2000.0, 2600.0, 3400.0, 4500.0)
 QUICK_TORQUES = (100.0, 300.0, 800.0, 1200.0, 1600.0, 2200.0, 3200.0)
 QUICK = {

@@ -20,8 +20,6 @@ from validation.progress import Progress
 from validation.section import Section
 from validation.tables import dataset, listed, power
 
-__all__ = ["build", "from_report"]
-
 TITLE = "Peers: contact on a half-space"
 BENCHMARK = Path(__file__).parents[1] / "bench_contact.py"
 SIZES = ("64", "128", "256")

@@ -17,8 +17,6 @@ from validation.section import Section
 from validation.tables import dataset, failures_note, percent, with_unit
 from validation.wear_schemes import SCHEMES, SOLVES_A_STEP, SchemeRun, life_of, solves_for
 
-__all__ = ["build"]
-
 TITLE = "Explicit and implicit wear steps"
 WANTED = {"error": 0.01, "flank_error": 0.02}
 OF = {"error": "greatest wear", "flank_error": "wear over the whole flank"}
