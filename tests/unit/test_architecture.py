@@ -176,6 +176,27 @@ def test_no_circle_of_imports():
         pytest.fail(" -> ".join(reversed(error.args[1])))
 
 
+def handed_on(tree):
+    """Names that a module lists for others."""
+    lists = [
+        node.value for node in tree.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
+    ]
+    return {name for names in lists for name in ast.literal_eval(names)}
+
+
+def test_an_underscore_alone_says_what_is_private():
+    """A list of public names stands only where a module hands on those of others."""
+    assert not [
+        f"{module} imports {name}"
+        for module in MODULES
+        for name in imports_of(module)
+        if name.startswith("semiwear") and name.rpartition(".")[2].startswith("_") and not name.endswith("__")
+    ]
+    for module, tree in trees().items():
+        if (names := handed_on(tree)) and MODULES[module].name != "__init__.py":
+            assert names & {name.rpartition(".")[2] for name in imports_of(module)}, module
+
+
 # Modules that load others of semiwear when they are needed: the plan loads an effect's physics only where a scene
 # asks for it, public names (SPEC 1), commands and limits of a kind of teeth wait until they are used, and vectors of
 # numbers may be what numba does not take.
