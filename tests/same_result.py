@@ -1,7 +1,5 @@
 """Results that should be the same to the last bit."""
 
-from __future__ import annotations
-
 import xarray as xr
 
 RUN_DEPENDENT = {"/diagnostics": ("seconds", "effect_seconds")}

@@ -3,8 +3,6 @@
 A test says what it needs beyond a grid; where an answer does not depend on the grid, `TINY` is enough.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

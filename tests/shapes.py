@@ -5,8 +5,6 @@ wherever else the class names it. A number is that length, and `P H` the product
 "arrays are (roll, face)", so are those that say nothing else.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

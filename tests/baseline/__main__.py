@@ -1,7 +1,5 @@
 """Renew stored results: ``python -m tests.baseline NAME ...``, or ``all``; without names, list them."""
 
-from __future__ import annotations
-
 import argparse
 
 from tests.baseline.digest import differences, digest

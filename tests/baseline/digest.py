@@ -1,7 +1,5 @@
 """A few numbers that tell a result's variables apart from any other's."""
 
-from __future__ import annotations
-
 import zlib
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Runs whose results are frozen: every kind of pair, fidelity, scheme and effect, on grids as coarse as will do."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Where digests are kept: one file a run, with the processor on which it was computed."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results are those that were stored, to 1e-9 of each variable's greatest value on the same kind of processor."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The driving flank is read at its own face coordinate: beside the station of the driven slice that meets it."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Effects of a scene: nothing at strength zero, smooth and of the right sign beyond, and any two run together."""
 
-from __future__ import annotations
-
 from itertools import chain
 
 import numpy as np

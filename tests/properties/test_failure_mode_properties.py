@@ -1,7 +1,5 @@
 """Failure modes go the way that they should with load, speed, roughness, oil and case, in any units."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Properties of the tooth geometry that hold for any modest proportions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import acos, cos, pi, radians, tan
 

@@ -1,7 +1,5 @@
 """What every half-space contact must fulfil."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 Refused: a named error that says what and what to try. `--hypothesis-profile=nightly` runs ten times the examples.
 """
 
-from __future__ import annotations
-
 import tempfile
 from math import pi
 from pathlib import Path

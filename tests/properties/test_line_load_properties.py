@@ -1,7 +1,5 @@
 """What a reader integrates: line loads over the lengths that are stored with them are forces and moments."""
 
-from __future__ import annotations
-
 from math import cos, radians, sin, sqrt
 
 import numpy as np

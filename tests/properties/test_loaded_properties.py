@@ -1,7 +1,5 @@
 """Loaded contact of scenes near the shipped one: equations, monotony, symmetry, scaling."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings

@@ -1,7 +1,5 @@
 """Unloaded contact of any placement: always an answer, always on the flank."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

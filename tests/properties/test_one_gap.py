@@ -1,7 +1,5 @@
 """One gap: footprints, pressures across slices and patches see the same worn flank between nodes and on its edges."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Patches on flanks worn at random: equations, monotony, symmetry, and the tree that comes out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings

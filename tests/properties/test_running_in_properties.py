@@ -1,7 +1,5 @@
 """Roughness that runs in: its law, and what follows for the film, wear and micropitting."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

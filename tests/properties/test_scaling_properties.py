@@ -4,8 +4,6 @@ Lengths times s and torque times s^3 leave stresses and angles alone; the wear d
 same wear coefficient and meshes, since line loads grow with s and specific sliding stays. Only rounding is left.
 """
 
-from __future__ import annotations
-
 import pytest
 
 import semiwear as sw

@@ -1,7 +1,5 @@
 """Scenes survive writing and reading, and no file content makes anything but a scene or a SceneError."""
 
-from __future__ import annotations
-
 import copy
 import datetime
 import tomllib

@@ -1,7 +1,5 @@
 """Wear between the nodes of a slice: smooth where nodes are, and nowhere higher than a groove leaves the flank."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Stress below any pressure: superposition, mirrors, scales and shifts."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Sweeps, whatever is varied: their order, growth and failures change no number; solving is made up."""
 
-from __future__ import annotations
-
 import tempfile
 from importlib import import_module
 from unittest.mock import patch

@@ -1,7 +1,5 @@
 """Contact near base circles, where involutes bend without bound, against the closed forms of ISO 21771."""
 
-from __future__ import annotations
-
 from math import radians, sin, sqrt
 
 import numpy as np

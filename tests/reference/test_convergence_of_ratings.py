@@ -1,7 +1,5 @@
 """Safeties of all failure modes over a wearing life converge as fast as the quantities that they come from."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

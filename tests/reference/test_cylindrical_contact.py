@@ -1,7 +1,5 @@
 """Loaded contact of cylindrical pairs against ISO 6336 and against what spur and helical teeth are known to do."""
 
-from __future__ import annotations
-
 from math import acos, cos, pi, radians, sin, sqrt, tan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cylindrical pairs: teeth, meshing and unloaded contact against ISO 21771 and against definitions."""
 
-from __future__ import annotations
-
 from math import acos, atan, cos, pi, radians, sin, sqrt, tan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Wear of spur teeth: the pattern of Flodin and Andersson 1997, and closed forms on a straight contact line."""
 
-from __future__ import annotations
-
 from math import pi, sin
 
 import numpy as np

@@ -3,8 +3,6 @@
 Against the same plane contact on many even cells, written down here for itself.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Effects of a scene against closed forms: published figures, superposition of small wear, kinematics by hand."""
 
-from __future__ import annotations
-
 from math import cos, exp, radians, sin
 
 import numpy as np

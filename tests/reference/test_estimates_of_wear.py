@@ -1,7 +1,5 @@
 """Estimates of wear for whole flanks: VDI 2736 against a report of the FVA-Workbench, Plewe's against its test."""
 
-from __future__ import annotations
-
 from math import acos, cos, pi, radians, sin, sqrt, tan
 
 import numpy as np

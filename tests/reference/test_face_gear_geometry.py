@@ -4,8 +4,6 @@ The cutter here is nothing but its outline (involute, circle, straight line) and
 turns by tau about +z while the gear turns by q tau about +y; a rack that rolls on the pinion's pitch circle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import acos, atan, atan2, cos, hypot, pi, radians, sin, tan
@@ -92,7 +90,7 @@ class Shaper:
     phase: float
 
     @classmethod
-    def of(cls, gear: FaceGearTooth) -> Shaper:
+    def of(cls, gear: FaceGearTooth) -> "Shaper":
         pitch = 0.5 * gear.module * gear.shaper_teeth
         alpha = gear.pressure_angle
         # half the tooth on the pitch circle, pi/(2 N), puts the involute's origin this far from the centre line

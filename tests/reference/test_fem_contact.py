@@ -1,7 +1,5 @@
 """Finite-element contact against Hertz, against the monolithic solution, and against itself mirrored and doubled."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss

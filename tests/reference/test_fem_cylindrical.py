@@ -1,7 +1,5 @@
 """Loaded cylindrical gears in finite elements beside the core, on meshes of a moderate fineness."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

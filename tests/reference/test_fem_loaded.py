@@ -1,7 +1,5 @@
 """Loaded contact in finite elements, on meshes so coarse that a position takes seconds, beside the core."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Deposit of wear from pressures at a few roll positions, against the swept line and its limit at the pitch line."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Film thickness against an inlet analysis, a public program's report and the dimensional forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi, sqrt
 

@@ -3,8 +3,6 @@
 No worked example could be had with its inputs; docs/failure_modes.md says what was looked for.
 """
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 import numpy as np

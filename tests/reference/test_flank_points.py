@@ -1,7 +1,5 @@
 """Flanks given as points against the pairs they were exported from."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

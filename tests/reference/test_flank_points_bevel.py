@@ -6,8 +6,6 @@ Park and Kahraman (2009, Wear 267, 1595-1604) find the same for a hypoid pair: a
 lengthwise to one end of the tooth, its opposite to the other end, and wear grows where the contact moves to.
 """
 
-from __future__ import annotations
-
 from math import cos
 
 import numpy as np

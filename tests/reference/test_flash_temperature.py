@@ -1,7 +1,5 @@
 """Flash temperatures against Jaeger's integral for a moving band, done here by quadrature."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A footprint is cut into stretches on which the gap is straight: areas, moments, and removed material in between."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Free edges: image loads against finite elements of a quarter-space, and what they must not do to the equations."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

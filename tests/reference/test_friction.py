@@ -1,7 +1,5 @@
 """Friction of a spur pair, whose mesh is integrated slice by slice, against Ohlendorf's loss factor."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import acos, cos, pi, radians, sqrt, tan
 

@@ -1,7 +1,5 @@
 """Half-space contact against closed forms and against a dense solution; tolerances follow from the mesh."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 import numpy as np

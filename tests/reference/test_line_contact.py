@@ -1,7 +1,5 @@
 """Loaded line contact against Hertz, against numerical integrals and against brute force."""
 
-from __future__ import annotations
-
 import dataclasses
 from itertools import combinations
 

@@ -1,7 +1,5 @@
 """Loaded teeth that rub: balance of moments, power, and what friction does where sliding vanishes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,7 +68,7 @@ class Rubbing:
     state: LoadedState
 
     @classmethod
-    def of(cls, scene: sw.Scene, rolls: Any) -> Rubbing:
+    def of(cls, scene: sw.Scene, rolls: Any) -> "Rubbing":
         teeth = plan(scene).loaded_teeth(roll_positions=np.asarray(rolls))
         return cls(teeth, teeth.load(np.zeros(teeth.grid.profile.shape)))
 

@@ -1,7 +1,5 @@
 """The loads that hold over an implicit step: after some three quarters of it, against those at its end."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

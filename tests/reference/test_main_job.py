@@ -1,7 +1,5 @@
 """The main job: the shipped scene worn until 60 um at the control point."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Wear marched through the roll positions: against integrals over the contact, the swept line, and large steps."""
 
-from __future__ import annotations
-
 import dataclasses
 from itertools import pairwise
 

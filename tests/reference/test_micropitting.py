@@ -1,7 +1,5 @@
 """Micropitting against the standard's own figure for test gears, printed pressures and formulas of others."""
 
-from __future__ import annotations
-
 from math import acos, cos, log10, radians, tan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loaded patches against Hertz, against fidelity `line`, and beyond the cells that were looked at."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

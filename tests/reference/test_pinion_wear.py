@@ -3,8 +3,6 @@
 A pinion tooth meshes N2/N1 times as often as a gear tooth, under the same loads and the same sliding.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator

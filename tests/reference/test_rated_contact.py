@@ -1,7 +1,5 @@
 """Modes of film, heat and depth in whole runs: test gears, closed forms, and the trends that they owe."""
 
-from __future__ import annotations
-
 from math import acos, cos, pi, radians, tan
 from typing import Any
 

@@ -6,8 +6,6 @@ steel of 1500 and 430 MPa, Rz 4.8 um on both flanks. Figures are as it prints th
 as its comments would. Examples of ISO/TR 6336-30 and ISO 6336-6 are in `test_worked_examples.py`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import cos, radians
 

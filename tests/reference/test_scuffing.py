@@ -1,7 +1,5 @@
 """Scuffing temperatures against the standard's own formulas for whole meshes and the oil tests that made them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import acos, cos, pi, radians, sin, sqrt, tan

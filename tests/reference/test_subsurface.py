@@ -1,7 +1,5 @@
 """Stress below a contact against closed forms: point, rectangle, circle, Hertz circle and Hertz line."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar

@@ -1,7 +1,5 @@
 """Textbook physics on plain arrays, without a scene, against figures and formulas of others."""
 
-from __future__ import annotations
-
 from math import pi, radians
 
 import numpy as np

@@ -8,8 +8,6 @@ where the wedge has 120 degrees, as between flank and tip land (Timoshenko & Goo
 forces at their apex).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, pi, radians, sin

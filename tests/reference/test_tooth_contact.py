@@ -1,7 +1,5 @@
 """Unloaded tooth contact against the figures of the design, and against independent computations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq

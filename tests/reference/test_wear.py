@@ -1,7 +1,5 @@
 """Wear against the swept-line identity, conservation of volume, and its own refinement."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What a footprint leaves between roll positions: even where it should be, and kind to ripples of any length."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Volume of wear: what force and sliding drive is on the maps of the flanks, or told as the edges' share."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -4,8 +4,6 @@ The functions are fed with what an example prints of geometry, load and temperat
 of the last digit, widened by what the digits of the inputs leave open, which each test names.
 """
 
-from __future__ import annotations
-
 import tomllib
 from math import acos, atan, cos, pi, prod, radians, sin, sqrt, tan
 from pathlib import Path

@@ -12,8 +12,6 @@ offset the mean point stands where the pinion's velocity lies in the pitch plane
 relative velocity runs along the tooth there: the pitch cones touch (Litvin and Fuentes 2004, section 21.4).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import asin, atan2, cos, radians, sin, tan

@@ -1,7 +1,5 @@
 """Surfaces for half-space contact: smooth and rough, on cells of any aspect."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

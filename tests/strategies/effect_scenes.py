@@ -1,7 +1,5 @@
 """A plain small scene that the tests of effects share, and every effect with strength zero."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from tests.scenes import MEDIUM, SHIPPED

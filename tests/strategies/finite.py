@@ -1,7 +1,5 @@
 """What a result may hold: numbers, or nothing with a reason."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

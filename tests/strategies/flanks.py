@@ -1,7 +1,5 @@
 """Parts of a flank that tests of wear look at."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray

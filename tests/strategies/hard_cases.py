@@ -4,8 +4,6 @@ Grids are small and teeth mostly rigid, so that an example takes a fraction of a
 `tests/unit/test_hard_scenes.py`.
 """
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Iterator

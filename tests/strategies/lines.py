@@ -1,7 +1,5 @@
 """Contact lines of no gear in particular: straight, parallel, on a plane flank."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from semiwear.meshing.contact_lines import ContactLines

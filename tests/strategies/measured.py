@@ -1,7 +1,5 @@
 """Measured flanks: tooth flanks with small deviations, displaced as on a measuring machine."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 

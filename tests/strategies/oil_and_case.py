@@ -1,7 +1,5 @@
 """Tables of micropitting, scuffing and flank fracture with usual data, and strategies near them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from hypothesis import strategies as st

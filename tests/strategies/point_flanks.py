@@ -1,7 +1,5 @@
 """Scenes of flanks given as points: exported from other scenes, or made by `tests.strategies.bevel`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import atan, cos
 from pathlib import Path

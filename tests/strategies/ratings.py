@@ -1,7 +1,5 @@
 """Tables of failure modes with usual data of case-hardened gears, and strategies near them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Results made of smooth formulas, shaped like the wear of the face gear pair, and random small ones."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

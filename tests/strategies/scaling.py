@@ -1,7 +1,5 @@
 """Scenes at another size: lengths times s, forces times s^2, torques times s^3, of the same materials."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any

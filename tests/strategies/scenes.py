@@ -1,7 +1,5 @@
 """Valid scenes near the shipped one, their effects, and placements."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Absent means absent: no class of an effect is constructed, no module of it loaded, unless its table is there."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import subprocess

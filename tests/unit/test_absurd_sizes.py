@@ -1,7 +1,5 @@
 """Inputs of absurd sizes are refused before they are worked on, and no text is opened that is no file's name."""
 
-from __future__ import annotations
-
 import resource
 import sys
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """An asked accuracy: what it chooses, what it leaves alone, and what it tells."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The house keeps its order: data flows one way, and the core needs no extras."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

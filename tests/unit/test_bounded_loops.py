@@ -1,7 +1,5 @@
 """Loops of solvers end, and say what is wrong, where what they work on is no number or gets nowhere."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import count
 from types import SimpleNamespace

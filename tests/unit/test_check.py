@@ -1,7 +1,5 @@
 """Geometric limits of a scene: every limit flips where its message says, and nothing ever raises."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from math import pi, radians, sin

@@ -1,7 +1,5 @@
 """Runs that are to be compared with one another: smooth, and with prisms of one Young's modulus."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A first run says that it compiles, once; a run that finds its kernels does not."""
 
-from __future__ import annotations
-
 from semiwear.commands.progress_bar import ProgressBar
 from semiwear.console import notes_on_standard_error
 from semiwear.kernel_cache import njit, on_first_compilation

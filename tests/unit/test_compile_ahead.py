@@ -1,7 +1,5 @@
 """Kernels of a first run are compiled ahead, each by one of several processes, as the list of kernels tells."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import os

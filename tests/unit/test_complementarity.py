@@ -1,7 +1,5 @@
 """When a contact problem's iterations end: at the tolerance, or where nothing but rounding is left."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

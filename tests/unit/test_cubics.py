@@ -1,7 +1,5 @@
 """Local cubic interpolation: which nodes it takes, and that it is a cubic."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import lagrange

@@ -1,7 +1,5 @@
 """Scenes of cylindrical pairs: fields, defaults, limits of the teeth, files in and out, changes."""
 
-from __future__ import annotations
-
 from math import pi
 
 import pytest

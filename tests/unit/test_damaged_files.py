@@ -1,7 +1,5 @@
 """Damaged, foreign and older files: each error names the file, what is wrong, and what to do."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Every field of a scene is declared once, and its table's documentation says what it is."""
 
-from __future__ import annotations
-
 from dataclasses import MISSING, fields, is_dataclass
 
 import pytest

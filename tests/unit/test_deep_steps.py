@@ -1,7 +1,5 @@
 """Wear steps that are deeper than usual ones are told, with what to give."""
 
-from __future__ import annotations
-
 import pytest
 import xarray as xr
 

@@ -1,7 +1,5 @@
 """What the project says it needs is what it imports, and can be installed from wheels."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from importlib import metadata

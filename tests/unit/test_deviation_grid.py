@@ -1,7 +1,5 @@
 """Grids of deviations: files written and read back, values and signs, and every way a file can be wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Pages of the documentation site: complete against the declarations, linked, and found without an edit elsewhere."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables of effects: present or absent, their ranges, what they need, and what each says about itself."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import FrozenInstanceError, fields, is_dataclass
 from importlib import resources

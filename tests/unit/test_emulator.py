@@ -1,7 +1,5 @@
 """Emulators: a stated error that fresh runs keep, and what they are of without enough runs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import binom, qmc

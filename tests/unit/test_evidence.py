@@ -1,7 +1,5 @@
 """What measured values say of amounts of shapes: against closed forms, and as often right as it says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import binom, multivariate_normal, multivariate_t, norm

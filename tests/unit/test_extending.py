@@ -1,7 +1,5 @@
 """What docs/extending.md says: the path of a run, and examples that are applied to a copy of the package."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import os

@@ -1,7 +1,5 @@
 """Slices along a tooth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """What tables of failure modes refuse, and what they say of it."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

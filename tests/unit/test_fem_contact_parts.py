@@ -1,7 +1,5 @@
 """Parts of the finite-element contact: segments, mortar, condensation, active set, and what it refuses."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

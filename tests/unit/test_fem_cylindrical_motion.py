@@ -1,7 +1,5 @@
 """Cylindrical pairs in finite elements: motion, flanks, fillets and meshes, beside the core's and closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi
 

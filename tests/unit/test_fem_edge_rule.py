@@ -1,7 +1,5 @@
 """Which pressures count as an edge's: the same in finite elements and in the core."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where the bodies stand and how their flanks part, in `fem_reference`, written without the core's meshing."""
 
-from __future__ import annotations
-
 from math import cos, pi, radians, sin
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Meshes of gear and pinion: true surfaces, conforming blocks, refined patches, worn flanks, clear errors."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 

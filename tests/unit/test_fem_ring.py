@@ -1,7 +1,5 @@
 """The rest of a ring: condensed teeth are as stiff as meshed ones, and every tooth of a cylindrical pair counts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix

@@ -1,7 +1,5 @@
 """Compliance by substructures: the same as from a factor of the whole body, and the order of elimination."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, eye_array, random_array

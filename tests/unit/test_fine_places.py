@@ -1,7 +1,5 @@
 """Where footprints lie between solved roll positions: found where their way bends, even elsewhere."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Modifications of a flank: where they take material, how much, and that they never add any."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Scenes of flanks given as points: files, fields, and what keeps points from being flanks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tooth sections drawn after points and a few fields, against those of the pair that the points come from."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A surface through points: how close it comes, and what it says of itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A face gear's section changes along its face: sections stand close enough, and are blended well enough."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Pictures of teeth: both bodies touch at the pitch point, and the path ends on their tips."""
 
-from __future__ import annotations
-
 import matplotlib
 
 matplotlib.use("Agg")

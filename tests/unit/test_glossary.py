@@ -1,7 +1,5 @@
 """Every name in the glossary is one of the code."""
 
-from __future__ import annotations
-
 import importlib
 import re
 from pathlib import Path

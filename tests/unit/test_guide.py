@@ -1,7 +1,5 @@
 """Scenes to start from, the list of fields, and the JSON schema: all from the declarations."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path

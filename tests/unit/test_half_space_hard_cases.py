@@ -1,7 +1,5 @@
 """Half-space contacts on which solvers fail without saying so. Each is judged by a convolution of the test's own."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import fftconvolve

@@ -1,7 +1,5 @@
 """Hard scenes by name: limits of geometry, load, placement and wear, and every failure found among them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Strain of the wheel under its teeth: a disc under even tension, an axial force, and a root as a notch in it."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

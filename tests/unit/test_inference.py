@@ -1,7 +1,5 @@
 """Inference: closed forms, what is refused, what is told; solving is made up but for the slow tests."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import numpy as np

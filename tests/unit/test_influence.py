@@ -1,7 +1,5 @@
 """Tooth compliance from a file of influence data: sampled from the prisms, it has to give the prisms' answers."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Kernels for whose arrays numba counts no references: they must not make one, hand one back, or call what does."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Inputs that no run can read are refused before anything waits for them or is computed."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

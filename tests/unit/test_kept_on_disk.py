@@ -1,7 +1,5 @@
 """Results that are kept in files: told apart by arguments, never wrong, never in the way."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Compiled kernels: those of the cache compute the same bits, and where nothing can be written they go elsewhere."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil

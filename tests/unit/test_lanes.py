@@ -1,7 +1,5 @@
 """Transforms without vectors, as with a numba that no longer has the parts that these are made of."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """How a wear law and the loads settle upon each other: steep laws, and friction in the loads."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

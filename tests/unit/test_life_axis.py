@@ -1,7 +1,5 @@
 """A life in hours: as the end of a run, and as the axis of pictures, beside kilometres of sliding."""
 
-from __future__ import annotations
-
 import sys
 
 import matplotlib

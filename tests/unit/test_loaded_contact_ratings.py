@@ -1,7 +1,5 @@
 """Safeties of one wear state: those of a run where it stands there, and what a state alone can tell of cycles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

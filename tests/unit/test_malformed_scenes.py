@@ -1,7 +1,5 @@
 """Scenes as users get them wrong: each error names the field or line, what is allowed there, and a way out."""
 
-from __future__ import annotations
-
 import re
 from importlib import resources
 

@@ -1,7 +1,5 @@
 """Every limit of a pair's teeth with what the pair has: `check_geometry` and `semiwear check`."""
 
-from __future__ import annotations
-
 import json
 from math import acos, cos, pi, radians, sin, sqrt, tan
 

@@ -1,7 +1,5 @@
 """A measured torque as a load spectrum and as cycles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

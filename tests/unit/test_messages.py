@@ -1,7 +1,5 @@
 """What users are told: hints lead to the field that is meant, and defaults are not taken for typed values."""
 
-from __future__ import annotations
-
 import pytest
 
 import semiwear as sw

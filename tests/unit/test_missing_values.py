@@ -1,7 +1,5 @@
 """Values that a result does not have are missing for a reason that is told, and edges are told apart."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

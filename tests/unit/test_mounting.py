@@ -1,7 +1,5 @@
 """Elastic mounting: its signs against the geometry of the displaced pair, and what its matrix must be."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

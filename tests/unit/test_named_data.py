@@ -1,7 +1,5 @@
 """Named materials, wear coefficients and oils: sourced, never a default, kept with a scene; citations as BibTeX."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The search for best designs, on quantities that are known formulas of the varied fields."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A fold through designs: two planes of which the greater counts."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parts of the search for designs: the region, what a surrogate's best is, limits as seen, and finer grids."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module

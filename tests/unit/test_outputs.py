@@ -1,7 +1,5 @@
 """What is written: refused before computing where it would destroy or lie, kept whatever fails afterwards."""
 
-from __future__ import annotations
-
 import os
 import resource
 import subprocess

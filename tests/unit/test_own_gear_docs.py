@@ -1,7 +1,5 @@
 """The pages that lead from a drawing to a scene: their scenes are sound, and every field that they name exists."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Processes beside this one run the same semiwear, whatever lies in the working folder."""
 
-from __future__ import annotations
-
 import subprocess
 
 import semiwear as sw

@@ -1,7 +1,5 @@
 """Steps to control depths that are deep are taken in parts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import cast

@@ -1,7 +1,5 @@
 """Pieces of fidelity `patch`: the solver against dense ones, cells and their gap, pressure across a slice."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

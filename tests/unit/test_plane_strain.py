@@ -1,7 +1,5 @@
 """Influence between cells of bands that lie apart."""
 
-from __future__ import annotations
-
 from math import log
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tips that press are seen: in the picture, in words, and with the relief that frees them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Failure modes over the life: life curves, Miner's sum, when they fail, and how they stand in a run."""
 
-from __future__ import annotations
-
 from functools import partial
 from importlib import import_module
 from types import SimpleNamespace

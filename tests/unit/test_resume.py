@@ -1,7 +1,5 @@
 """A run that is stopped and resumed gives the result of one that was not, bit for bit."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

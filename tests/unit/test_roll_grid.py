@@ -1,7 +1,5 @@
 """Roll positions: which tooth pairs are followed, and given positions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Root stress counts the forces where they act: at places across a contact line, on a worn flank beside it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Loads of few digits where nothing but a start or a length needs them: what is kept has all of its digits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

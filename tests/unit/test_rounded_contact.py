@@ -1,7 +1,5 @@
 """Points that come to bear by and by: slopes of their forces do not jump, and less rounding comes to the corner."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

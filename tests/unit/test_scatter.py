@@ -1,7 +1,5 @@
 """Scatter: distributions, samples, estimates against what is known; solving is made up where a scene is solved."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from math import comb, exp, log, sqrt
 

@@ -1,7 +1,5 @@
 """Scenes: every rule of a field and across fields, reported at once; files in and out; changes."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import pickle

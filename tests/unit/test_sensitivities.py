@@ -1,7 +1,5 @@
 """Sensitivities of quantities that are known formulas of the fields, and of a worn scene."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Arrays have the shapes that docstrings give them, in runs of every kind of pair and of both fidelities."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What runs share: contact lines, speeds and compliance of equal geometry, never a result's bits."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

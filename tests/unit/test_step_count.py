@@ -1,7 +1,5 @@
 """Wear steps: counted by the wear of whichever body wears most, or found to a depth of the control point."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

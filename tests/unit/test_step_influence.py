@@ -1,7 +1,5 @@
 """Wear of a step read off footprints that were followed once, against footprints that are found again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 

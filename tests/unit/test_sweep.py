@@ -1,7 +1,5 @@
 """Sweeps: what is refused at once, what a dataset holds, what is shared, what a store spares; solving is made up."""
 
-from __future__ import annotations
-
 import json
 import os
 import time

@@ -1,7 +1,5 @@
 """Worker processes of a sweep: those that die are replaced, and scenes that kill them lost; solving is made up."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import sys

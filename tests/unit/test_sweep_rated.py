@@ -1,7 +1,5 @@
 """Sweeps of scenes whose failure modes are rated: the numbers of runs of single scenes, for every coefficient."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

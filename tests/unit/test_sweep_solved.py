@@ -1,7 +1,5 @@
 """Sweeps that are really solved: the same numbers as runs of single scenes, wherever they run."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

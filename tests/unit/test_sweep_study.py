@@ -1,7 +1,5 @@
 """Study files, the command line and the page of a sweep; solving is made up."""
 
-from __future__ import annotations
-
 import json
 import re
 from html.parser import HTMLParser

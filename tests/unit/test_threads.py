@@ -1,7 +1,5 @@
 """Work on several threads: in order, without loss, and with the same bits for any number of them."""
 
-from __future__ import annotations
-
 import threading
 import time
 from functools import cache

@@ -1,7 +1,5 @@
 """Laws of the wear coefficient: closed forms and properties."""
 
-from __future__ import annotations
-
 from math import exp
 from types import SimpleNamespace
 
