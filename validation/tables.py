@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from semiwear.report.markup import element, figure_text, unit_text
+from semiwear.plain_text import unit_text
+from semiwear.report.markup import element, figure_text
 
 Column = tuple[Any, str, str]
 """Values, units and long name."""

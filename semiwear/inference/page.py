@@ -18,10 +18,11 @@ from semiwear.inference.observations import Channel, Observation, WornFlank
 from semiwear.inference.posterior import HEAD, Posterior
 from semiwear.measured.comparison import compare_wear
 from semiwear.measured.life_spread import QUANTILES
+from semiwear.plain_text import unit_text
 from semiwear.plot.measured import measured_wear
 from semiwear.plot.posterior import corner_size, posterior_corner, with_spaces
 from semiwear.plot.style import SIZE
-from semiwear.report.markup import element, figure_text, folded_toml, picture, table, tiles, unit_text
+from semiwear.report.markup import card, element, figure_text, folded_toml, table, tiles
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.scene import Scene
@@ -105,9 +106,9 @@ def _corner(found: Posterior) -> str:
     size = corner_size(count)
     uri = figure_uri(size, count * count, lambda axes: posterior_corner(data, axes), columns=count)
     caption = "On the diagonal medians and 95 % intervals; elsewhere lines about 50 and 95 % of the draws."
-    figure = picture("Draws", uri, "; ".join(found.not_told_apart) or "no pair is confounded", caption, size)
+    alt = "; ".join(found.not_told_apart) or "no pair is confounded"
     # a few panels are no wider than their letters allow
-    return element("article", figure, class_="card full" if count > _FEW_PANELS else "card")
+    return card("Draws", uri, alt, caption, size, full=count > _FEW_PANELS)
 
 
 def _fit(found: Posterior, observed: Sequence[Observation], simulate: Callable[[Scene], xr.DataTree]) -> str:
@@ -126,8 +127,7 @@ def _flank(found: Posterior, given: WornFlank, channel: Channel, simulate: Calla
     compared = compare_wear(tree, given.measured, before=given.before, body=given.body, datum=given.datum)
     uri = figure_uri(FLANKS, 3, lambda axes: measured_wear(compared, axes), side_by_side=True)
     alt = f"difference: root mean square {float(compared['difference_rms']):.2g} um"
-    figure = picture(channel.name.capitalize(), uri, alt, "From a run at the posterior's medians.", FLANKS)
-    return element("article", figure, class_="card full")
+    return card(channel.name.capitalize(), uri, alt, "From a run at the posterior's medians.", FLANKS, full=True)
 
 
 def _against(found: Posterior, channel: Channel) -> str:
@@ -149,10 +149,8 @@ def _against(found: Posterior, channel: Channel) -> str:
         ax.set(xlabel=f"Predicted ({units})", ylabel=f"Measured ({units})")
 
     caption = "Bars: one standard uncertainty; on the line both are the same."
-    figure = picture(
-        channel.name.capitalize(), figure_uri(SIZE, 1, draw_on), "measured over predicted", caption, SIZE
-    )
-    return element("article", figure, class_="card")
+    uri = figure_uri(SIZE, 1, draw_on)
+    return card(channel.name.capitalize(), uri, "measured over predicted", caption, SIZE)
 
 
 def _lives(lives: Sequence[PosteriorLife]) -> str:
@@ -160,7 +158,7 @@ def _lives(lives: Sequence[PosteriorLife]) -> str:
     for life in lives:
         uri = figure_uri(SIZE, 1, partial(_draw_life, life))
         title = f"Life of the {life.body} until {life.depth_limit:g} µm"
-        cards.append(element("article", picture(title, uri, str(life), str(life), SIZE), class_="card"))
+        cards.append(card(title, uri, str(life), str(life), SIZE))
     return f'<div class="cards small">{"".join(cards)}</div>' if cards else ""
 
 

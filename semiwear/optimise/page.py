@@ -16,9 +16,10 @@ from semiwear.html_text import folded_html
 from semiwear.optimise.designs import COARSE, RESOLUTIONS
 from semiwear.optimise.optimum import Optimum, columns_of
 from semiwear.optimise.quantity import Quantity
+from semiwear.plain_text import unit_text
 from semiwear.plot import wear_map
 from semiwear.plot.style import SIZE, styled
-from semiwear.report.markup import NONE, element, figure_text, folded_toml, table, unit_text
+from semiwear.report.markup import NONE, element, figure, figure_text, folded_toml, table
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.wearing import worn_bodies
@@ -109,8 +110,7 @@ def _flanks(before: xr.DataTree, best: xr.DataTree) -> str:
 
 def _figure(draw: Callable[..., Axes], caption: str) -> str:
     uri = figure_uri(SIZE, 1, lambda axes: draw(ax=axes[0]))
-    image = f'<img src="{uri}" alt="{escape(caption)}" width="{SIZE[0] * 100:.0f}" height="{SIZE[1] * 100:.0f}">'
-    return element("figure", image + element("figcaption", escape(caption)))
+    return figure(uri, caption, caption, SIZE)
 
 
 def _pictures(best: Optimum) -> str:

@@ -10,9 +10,10 @@ from functools import partial
 import numpy as np
 
 from semiwear.meshing.flank_pair import BODIES
+from semiwear.plain_text import unit_text
 from semiwear.plot.flank_places import Place, flank_places
 from semiwear.plot.two_results import TwoResults
-from semiwear.report.markup import unit_text, with_unit
+from semiwear.report.markup import with_unit
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import worn_bodies
 

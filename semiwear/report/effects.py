@@ -8,7 +8,7 @@ import xarray as xr
 
 from semiwear.plot.history import history_of
 from semiwear.plot.style import label
-from semiwear.report.markup import element, figure_text, picture, tiles, with_unit
+from semiwear.report.markup import card, element, figure_text, tiles, with_unit
 from semiwear.report.numbers import life_numbers
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
@@ -65,4 +65,4 @@ def _chart(tree: xr.DataTree, title: str, series: xr.DataArray) -> str:
     alt = f"{title} over the wear steps: {_value(series, 0)} at first, {_value(series, -1)} at last."
     long_name = str(series.attrs["long_name"])
     caption = f"{long_name[:1].upper()}{long_name[1:]}."
-    return element("article", picture(title, uri, alt, caption, _SIZE), class_="card")
+    return card(title, uri, alt, caption, _SIZE)

@@ -14,11 +14,11 @@ from semiwear.plot.style import SIZE
 from semiwear.plot.two_results import TwoResults, fidelity
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Difference, Kind, Mark, differences
 from semiwear.report.markup import (
+    card,
     code_marked,
     counts,
     element,
     figure_text,
-    picture,
     table,
     verdict_class,
     verdict_text,
@@ -188,5 +188,4 @@ def _card(title: str, caption: str, draw: Callable[..., object], results: TwoRes
             raise
         return element("p", f"{escape(title)} is left out: {escape(str(reason_))}.")
     # the map of differences is the one picture here whose colours mean values
-    shown = picture(title, uri, f"{title}. {caption}", caption, SIZE, of_colours=draw is not pressure_of_both)
-    return element("article", shown, class_="card")
+    return card(title, uri, f"{title}. {caption}", caption, SIZE, of_colours=draw is not pressure_of_both)

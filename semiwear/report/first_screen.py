@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from semiwear.report.markup import element
 from semiwear.report.numbers import advice, main_numbers, other_numbers
-from semiwear.report.picture_cards import card
+from semiwear.report.picture_cards import card_of
 from semiwear.report.told import Told
 from semiwear.report.turning import TURNING_EXTRA, can_turn, turning_flanks
 
 
 def result_section(told: Told) -> str:
     """The worn flank beside the numbers that matter, then advice and the other numbers."""
-    still = "".join(card(drawn) for drawn in told.drawn if drawn.picture.part == "first" and drawn.uri)
+    still = "".join(card_of(drawn) for drawn in told.drawn if drawn.picture.part == "first" and drawn.uri)
     turning = turning_flanks(told.counted)
     note = ""
     if still and not can_turn():

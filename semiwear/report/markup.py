@@ -12,23 +12,6 @@ from math import isnan
 from semiwear.html_text import folded_html
 from semiwear.plain_text import power_of_ten, unit_text
 
-__all__ = [
-    "NONE",
-    "badge",
-    "code_marked",
-    "counts",
-    "element",
-    "figure_text",
-    "folded_toml",
-    "picture",
-    "table",
-    "tiles",
-    "unit_text",
-    "verdict_class",
-    "verdict_text",
-    "with_unit",
-]
-
 NONE = "–"
 """Sign for a value that is missing."""
 
@@ -70,17 +53,33 @@ def folded_toml(text: str) -> str:
     return folded_html("TOML", f"<pre>{escape(text)}</pre>")
 
 
-def picture(
-    title: str, uri: str, alt: str, caption: str, size: tuple[float, float], *, of_colours: bool = False
+def card(
+    title: str,
+    uri: str,
+    alt: str,
+    caption: str,
+    size: tuple[float, float],
+    *,
+    full: bool = False,
+    of_colours: bool = False,
 ) -> str:
-    """A figure with its heading; `size` is width and height [inch].
+    """A figure with its heading on a card, `full` as wide as the page; otherwise as `figure`."""
+    shown = figure(uri, alt, caption, size, title, of_colours=of_colours)
+    return element("article", shown, class_="card full" if full else "card")
+
+
+def figure(
+    uri: str, alt: str, caption: str, size: tuple[float, float], title: str = "", *, of_colours: bool = False
+) -> str:
+    """A picture with its caption, and with its heading if it has a `title`; `size` is width and height [inch].
 
     A picture `of_colours` that mean values keeps a light ground where the page is dark; others are turned over.
     """
     width, height = (round(side * 100) for side in size)
     kept = ' class="of-colours"' if of_colours else ""
     image = f'<img src="{uri}" alt="{escape(alt)}" width="{width}" height="{height}"{kept}>'
-    return f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+    heading = element("h3", escape(title)) if title else ""
+    return f"<figure>{heading}{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def tiles(numbers: Iterable[tuple[str, str, str]]) -> str:

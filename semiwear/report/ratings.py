@@ -11,7 +11,7 @@ import xarray as xr
 
 from semiwear.plot.ratings import mode_words, safety_history, safety_map
 from semiwear.plot.style import SIZE_WIDE
-from semiwear.report.markup import NONE, element, figure_text, picture, table
+from semiwear.report.markup import NONE, card, element, figure_text, table
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
 
@@ -33,7 +33,7 @@ def ratings_section(tree: xr.DataTree) -> str:
         "up damage begin at static strength and fall along life curves."
     )
     text = first_failure_text(ratings)
-    life = element("article", picture("Safeties over the life", uri, text, caption, _SIZE), class_="card full")
+    life = card("Safeties over the life", uri, text, caption, _SIZE, full=True)
     rows = table("Safeties of the failure modes", _HEAD, _rows(ratings))
     cards = element("div", life + maps, class_="cards")
     return f"<p>{escape(text)}</p>{rows}{cards}{_factors(ratings)}"
@@ -92,8 +92,8 @@ def _map(tree: xr.DataTree, mode: str) -> str:
     what = "while the load is there" if mode == "bending" else "of the point"
     caption = f"Safety {what} at the last wear step, along the tooth and over its height; white: not rated."
     title = f"{mode_words(mode).capitalize()} on the worn flanks"
-    card = picture(title, uri, f"{title}. Least safety: {least}.", caption, SIZE_WIDE, of_colours=True)
-    return element("article", card, class_="card full")
+    alt = f"{title}. Least safety: {least}."
+    return card(title, uri, alt, caption, SIZE_WIDE, full=True, of_colours=True)
 
 
 def _factors(ratings: xr.Dataset) -> str:

@@ -9,7 +9,8 @@ from html import escape
 import numpy as np
 import xarray as xr
 
-from semiwear.report.markup import NONE, element, figure_text, table, unit_text
+from semiwear.plain_text import unit_text
+from semiwear.report.markup import NONE, element, figure_text, table
 from semiwear.results.missing import group_of, missing_notes
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import shown_bodies

@@ -25,8 +25,9 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import Problem, SceneError
+from semiwear.plain_text import unit_text
 from semiwear.plot.style import SIZE, step_colours, styled
-from semiwear.report.markup import figure_text, table, unit_text
+from semiwear.report.markup import card, figure_text, table
 from semiwear.report.pictures import figure_uri
 from semiwear.scatter.run import Sampling, read_scatter
 from semiwear.scatter.statistics import SHARES, Scatter, end_text, varies
@@ -272,8 +273,4 @@ def _tornado(scatter: Scatter) -> str:
 def _figure(draw_on: Callable[[Axes], None], title: str, caption: str) -> str:
     with styled():
         uri = figure_uri(SIZE, 1, lambda axes: draw_on(*axes))
-    size = f'width="{SIZE[0] * 100:.0f}" height="{SIZE[1] * 100:.0f}"'
-    return (
-        f'<article class="card"><figure><h3>{escape(title)}</h3><img src="{uri}" alt="{escape(title)}" {size}>'
-        f"<figcaption>{escape(caption)}</figcaption></figure></article>"
-    )
+    return card(title, uri, title, caption, SIZE)

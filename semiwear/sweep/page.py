@@ -14,9 +14,10 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.html_text import folded_html
+from semiwear.plain_text import unit_text
 from semiwear.plot.style import SIZE, styled
 from semiwear.plot.sweeps import scene_values, sweep_curves, sweep_map, sweep_samples
-from semiwear.report.markup import NONE, element, figure_text, folded_toml, table, tiles, unit_text
+from semiwear.report.markup import NONE, element, figure, figure_text, folded_toml, table, tiles
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 
@@ -180,15 +181,10 @@ def _cards(found: xr.Dataset) -> str:
         title = str(values.attrs.get("long_name", name))
         title = title[:1].upper() + title[1:]
         pictures = "".join(
-            f'<figure><img src="{uri}" alt="{escape(alt)}" width="{SIZE[0] * 100:.0f}" height="{SIZE[1] * 100:.0f}">'
-            f"<figcaption>{escape(caption)}</figcaption></figure>"
-            for uri, alt, caption in _pictures(found, name, body or "gear", values)
+            figure(uri, alt, caption, SIZE) for uri, alt, caption in _pictures(found, name, body or "gear", values)
         )
-        cards.append(
-            element(
-                "article", f'<h3>{escape(title)}</h3><div class="side-by-side">{pictures}</div>', class_="card full"
-            )
-        )
+        content = element("h3", escape(title)) + element("div", pictures, class_="side-by-side")
+        cards.append(element("article", content, class_="card full"))
     return "".join(cards)
 
 

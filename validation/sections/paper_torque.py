@@ -10,7 +10,8 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.errors import ConvergenceError
-from semiwear.report.markup import figure_text, table, unit_text
+from semiwear.plain_text import unit_text
+from semiwear.report.markup import figure_text, table
 from validation.charts import COLOURS, MARKERS, card, cards, plain_log
 from validation.progress import Progress
 from validation.tables import percent, text_table, with_unit
