@@ -82,9 +82,10 @@ def target_problems(field: str, path: AnyPath | None, target: Callable[[str, Any
         folder = target(field, path).parent
     except SceneError as error:
         return list(error.problems)
-    if folder.is_dir():
+    if folder.is_dir() and os.access(folder, os.W_OK):
         return []
-    return [Problem(field, os.fspath(path), "a file in a folder that exists", f"make {folder}")]
+    fix = f"{folder} may not be written: give another" if folder.is_dir() else f"make {folder}"
+    return [Problem(field, os.fspath(path), "a file in a folder that exists and can be written", fix)]
 
 
 def require_apart(outputs: Mapping[str, AnyPath], inputs: Mapping[str, AnyPath]) -> None:

@@ -59,7 +59,6 @@ from semiwear.inference.run import infer, plan_inference
 from semiwear.measured.life_spread import MOST_SCATTER
 from semiwear.plain_text import rows_of
 from semiwear.plot.style import styled
-from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.closest import closest
 from semiwear.scene.values import is_number, shown
 from semiwear.simulate import Progress
@@ -296,7 +295,7 @@ def _is_finite(cell: str) -> bool:
 
 
 def _require_apart(read: Study, outputs: dict[str, str], observed: Sequence[Observation]) -> None:
-    inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
+    inputs = read.inputs
     for k, observation in enumerate(observed):
         if isinstance(observation, WornFlank):
             inputs |= {
@@ -304,6 +303,4 @@ def _require_apart(read: Study, outputs: dict[str, str], observed: Sequence[Obse
                 for name, value in (("measured", observation.measured), ("before", observation.before))
                 if value is not None
             }
-    if read.scene_name not in shipped_scenes():
-        inputs["the scene"] = read.path.parent / read.scene_name
-    require_apart(dict(outputs), inputs)
+    require_apart(outputs, inputs)

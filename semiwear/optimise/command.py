@@ -26,7 +26,6 @@ from semiwear.errors import Problem, SceneError
 from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.page import write_optimum_report
 from semiwear.optimise.run import optimise, plan_search
-from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
@@ -86,13 +85,10 @@ def run_optimise(
         problems += [problem for problem in _as_in_the_file(error) if vary or problem.field != _DESIGN]
     if problems:
         raise SceneError(problems, study)
-    inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
-    if read.scene_name not in shipped_scenes():
-        inputs["the scene"] = read.path.parent / read.scene_name
     outputs = {"-o": output} | {
         name: path for name, path in (("--designs", designs), ("--report", report)) if path is not None
     }
-    require_apart(outputs, inputs)
+    require_apart(outputs, read.inputs)
     try:
         best = optimise(read.scene, vary, **options, workers=workers, progress=progress)
     except SceneError as error:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import MissingExtraError, Problem, SceneError, SemiwearError
-from semiwear.scene import scene_files, shipped_scenes
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.outcome import Status
@@ -21,7 +20,7 @@ from semiwear.sweep.page import write_sweep_report
 from semiwear.sweep.run import Job, read_job, run_job
 from semiwear.sweep.store import kept_scenes, open_store
 from semiwear.sweep.study_file import Study, read_study
-from semiwear.targets import PAGES, file_target, require_apart
+from semiwear.targets import PAGES, file_target, require_apart, target_problems
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -128,7 +127,8 @@ def run_study(
     SemiwearError
         The scheduler cannot be reached, no process started, or an emulator's error is above the limit.
     """
-    problems = _problems_of_targets(output, report)
+    problems = target_problems("-o", output, sweep_target)
+    problems += target_problems("--report", report, partial(file_target, endings=PAGES))
     ready = None
     count = _workers(workers, scheduler, problems)
     read = read_study(study, further, problems)
@@ -142,8 +142,9 @@ def run_study(
             ]
     if problems or ready is None:
         raise SceneError(problems, study)
-    _require_outputs(ready.study, output, report)
     store = store_of(output)
+    outputs = {"-o": output} | ({"--report": report} if report else {})
+    require_apart({**outputs, "the scenes of -o": store}, ready.study.inputs)
     kept = kept_scenes(store)
     if kept and not resume:
         fix = f"--resume continues from them; or delete {store} to compute everything again"
@@ -156,20 +157,6 @@ def run_study(
     if report:
         lines.append(f"report: {write_sweep_report(ended.scenes, report, ended.sections)}")
     return Solved("\n".join(lines), dict(_counts(ended.scenes)))
-
-
-def _problems_of_targets(output: str, report: str | None) -> list[Problem]:
-    problems: list[Problem] = []
-    try:
-        sweep_target("-o", output)
-    except SceneError as error:
-        problems += error.problems
-    if report is not None:
-        try:
-            file_target("--report", report, PAGES)
-        except SceneError as error:
-            problems += error.problems
-    return problems
 
 
 def _workers(given: str | None, scheduler: str | None, problems: list[Problem]) -> int | str | None:
@@ -199,19 +186,6 @@ def _client(address: str | None) -> Iterator[Client | None]:
         ) from error
     with client:
         yield client
-
-
-def _require_outputs(study: Study, output: str, report: str | None) -> None:
-    """Refuse outputs without a folder, or that would replace inputs."""
-    outputs = {"-o": output} | ({"--report": report} if report else {})
-    for name, path in outputs.items():
-        folder = Path(os.path.realpath(path)).parent
-        if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise SceneError.of(name, path, "a file in a folder that exists and can be written", f"make {folder}")
-    inputs: dict[str, str | Path] = {"the study": study.path, **scene_files(study.scene)}
-    if study.scene_name not in shipped_scenes():
-        inputs["the scene"] = study.path.parent / study.scene_name
-    require_apart({**outputs, "the scenes of -o": store_of(output)}, inputs)
 
 
 def _counts(found: xr.Dataset) -> list[tuple[str, int]]:

@@ -26,7 +26,7 @@ import numpy as np
 
 from semiwear.check import geometric_problems
 from semiwear.errors import Problem, SceneError
-from semiwear.scene import Scene, load_scene, shipped_scenes
+from semiwear.scene import Scene, load_scene, scene_files, shipped_scenes
 from semiwear.scene.closest import closest
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.toml_io import read_toml
@@ -70,6 +70,14 @@ class Study:
     vary: dict[str, list[Value]]
     options: Table = field(default_factory=dict)
     tables: Table = field(default_factory=dict)
+
+    @property
+    def inputs(self) -> dict[str, str | Path]:
+        """Files that the study reads, by what they are: outputs must not take their place."""
+        found: dict[str, str | Path] = {"the study": self.path, **scene_files(self.scene)}
+        if self.scene_name not in shipped_scenes():
+            found["the scene"] = self.path.parent / self.scene_name
+        return found
 
 
 def read_study(

@@ -16,7 +16,7 @@ from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import read_point_grid
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.report.evidence import Evidence, NotComparable
-from semiwear.targets import RESULTS, file_target
+from semiwear.targets import RESULTS, file_target, target_problems
 from tests.strategies.results import synthetic_tree
 
 TREE = synthetic_tree(2)
@@ -140,6 +140,12 @@ def test_reports_are_written_under_true_names(name, tmp_path):
     with pytest.raises(SemiwearError, match="HTML"):
         sw.report(TREE, tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_may_not_be_written_is_told_before_anything_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    (problem,) = target_problems("-o", tmp_path / "a.nc", lambda field, path: file_target(field, path, RESULTS))
+    assert "can be written" in problem.allowed and "give another" in problem.fix
 
 
 def test_of_a_link_what_it_points_to_is_replaced(tmp_path):
