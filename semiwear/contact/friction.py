@@ -123,27 +123,3 @@ def mesh_efficiency(loss: FloatArray, roll: FloatArray, input_power: float) -> f
     input_power : float [W]
     """
     return 1.0 - float((loss * np.gradient(roll)).sum()) / input_power
-
-
-def effective_lever(
-    normal_lever: FloatArray, friction_lever: FloatArray, friction: FloatArray, direction: FloatArray
-) -> FloatArray:
-    """Lever of a slice's normal force about an axis, its friction included [mm].
-
-    A line load q with friction mu has the moment q (a + mu s t) per length, where a is the lever of the normal force,
-    t that of a force along the tangent of the section across the line and s the sign of the sliding, times the share
-    of full friction where a part of the contact sticks (`traction`). Used with the
-    loads of a solver it makes the torque balance that of rubbing teeth. For involutes a is the base radius and t the
-    radius of curvature of the flank, on both bodies; the moments then differ by the power loss.
-
-    Parameters
-    ----------
-    normal_lever, friction_lever : array [mm]
-        The latter is above 0 where friction adds to the moment of the normal force when the driving surface is the
-        faster one.
-    friction : array
-        Coefficient of friction.
-    direction : array
-        Sign of v1 - v2 across the line (`ContactConditions.sliding_direction`), or that times the share.
-    """
-    return normal_lever + friction * direction * friction_lever

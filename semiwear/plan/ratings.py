@@ -31,39 +31,25 @@ Known = tuple[SlicePressures | None, np.ndarray | None]
 _AT_EVERY_STEP = "safety", "safety_height", "safety_face", "damage_sum"
 
 
-@dataclass(frozen=True)
-class RatedScene:
-    """A scene and its teeth.
-
-    Attributes
-    ----------
-    scene : Scene
-    teeth : LoadedTeeth
-    """
-
-    scene: Scene
-    teeth: LoadedTeeth
-
-
-def _pitting(rated: RatedScene) -> FailureMode:
+def _pitting(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.pitting import PitchPoint, Pitting
 
-    table, pair = rated.scene.effects.pitting, rated.teeth.pair
+    table, pair = scene.effects.pitting, teeth.pair
     assert table is not None
     middle = middle_contact(pair)
-    speed = effects.angular_velocity(rated.scene) * float(np.linalg.norm(pair.driven_velocity(middle.position)[0]))
+    speed = effects.angular_velocity(scene) * float(np.linalg.norm(pair.driven_velocity(middle.position)[0]))
     radius = 1.0 / float(middle.curvature[0, 1])
-    if isinstance(rated.scene.gear_pair, CylindricalPair):
+    if isinstance(scene.gear_pair, CylindricalPair):
         radius *= abs(float(middle.along[0, 2]))  # cos beta_b: from the normal section to the transverse one
     return Pitting.of(table, PitchPoint(radius, 1e-3 * speed))
 
 
-def _bending(rated: RatedScene) -> FailureMode:
+def _bending(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.bending import Bending
 
-    table = rated.scene.effects.bending
+    table = scene.effects.bending
     assert table is not None
-    return Bending.of(table, normal_module(rated.scene, rated.teeth.pair))
+    return Bending.of(table, normal_module(scene, teeth.pair))
 
 
 def _heat(scene: Scene) -> tuple[FlashTemperature, Friction]:
@@ -72,31 +58,31 @@ def _heat(scene: Scene) -> tuple[FlashTemperature, Friction]:
     return flash, effects.friction_of_heat(scene)
 
 
-def _micropitting(rated: RatedScene) -> FailureMode:
+def _micropitting(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.micropitting import Micropitting
 
-    table = rated.scene.effects.micropitting
+    table = scene.effects.micropitting
     assert table is not None
-    return Micropitting.of(table, *_heat(rated.scene), effects.running_in(rated.scene, "micropitting"))
+    return Micropitting.of(table, *_heat(scene), effects.running_in(scene, "micropitting"))
 
 
-def _scuffing(rated: RatedScene) -> FailureMode:
+def _scuffing(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.scuffing import Scuffing
 
-    table = rated.scene.effects.scuffing
+    table = scene.effects.scuffing
     assert table is not None
-    return Scuffing.of(table, *_heat(rated.scene))
+    return Scuffing.of(table, *_heat(scene))
 
 
-def _flank_fracture(rated: RatedScene) -> FailureMode:
+def _flank_fracture(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.flank_fracture import FlankFracture
 
-    table, material = rated.scene.effects.flank_fracture, rated.scene.material
+    table, material = scene.effects.flank_fracture, scene.material
     assert table is not None
     return FlankFracture.of(table, (material.pinion.poissons_ratio, material.gear.poissons_ratio))
 
 
-MODES: dict[str, Callable[[RatedScene], FailureMode]] = {
+MODES: dict[str, Callable[[Scene, LoadedTeeth], FailureMode]] = {
     "pitting": _pitting,
     "bending": _bending,
     "micropitting": _micropitting,
@@ -135,8 +121,7 @@ class Ratings:
 
 def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
     """The failure modes of a scene, by name."""
-    rated = RatedScene(scene, teeth)
-    return {name: MODES[name](rated) for name in named_modes(scene)}
+    return {name: MODES[name](scene, teeth) for name in named_modes(scene)}
 
 
 def named_modes(scene: Scene) -> list[str]:

@@ -10,19 +10,18 @@ import xarray as xr
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
+from semiwear.export.nodes import nodes_on
 from semiwear.meshing.contact_lines import trace_contact_lines
-from semiwear.meshing.driving_flank import PassedStations, driving_grid
-from semiwear.meshing.flank_grid import between_stations, flank_grid
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, FlankPair, PrismBody
+from semiwear.meshing.driving_flank import PassedStations
+from semiwear.meshing.flank_grid import between_stations
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, PrismBody
 from semiwear.meshing.own_flanks import own_flank
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.plan import plan
 from semiwear.plot.flank import on_flank
-from semiwear.results.wearing import worn_bodies
 from semiwear.scene import Placement, Scene, parse_scene
 
 _FILLET_POINTS = 8
-_SAME = 1e-6  # of the height: nodes of another scene miss by more
 _SLAB = 0.4  # of the flank's height: how thick a tooth is drawn whose shape is not known
 
 
@@ -89,10 +88,7 @@ def _in_space(tree: xr.DataTree, scene: Scene, index: int) -> ToothShape:
     pair = flank_pair(table, Placement())
     told = tree["flank"].to_dataset().isel(body=index)
     stations = np.asarray(told["face"].values, float)
-    nodes = _nodes(pair, index, stations, told.sizes["profile"], BODIES[index] in worn_bodies(tree))
-    height, _ = pair.flank_place(index, stations[:, None], nodes)
-    if np.abs(height.T - told["flank_height"].values).max() > _SAME * float(np.ptp(height)):
-        raise SemiwearError("the scene does not give the grid of the result")
+    nodes = nodes_on(pair, index, stations, told["flank_height"].transpose("face", "profile").values)
     points, normals = (values.swapaxes(0, 1) for values in own_flank(pair, index, stations[:, None], nodes))
     prism = pair.prism_body(index)
     radius = np.hypot(points[..., 0], points[..., 1])
@@ -113,17 +109,6 @@ def _in_space(tree: xr.DataTree, scene: Scene, index: int) -> ToothShape:
     flank, other, fillet, back_fillet = moved
     lines = _lines(tree, scene, index, stations, nodes)
     return ToothShape(flank, normals @ frame.T, other, fillet, back_fillet, *lines)
-
-
-def _nodes(pair: FlankPair, index: int, stations: FloatArray, points: int, worn: bool) -> FloatArray:
-    """Profile coordinates of a result's nodes, (face, profile)."""
-    if index == DRIVEN:
-        return flank_grid(pair, stations, points).profile
-    if worn:
-        return driving_grid(pair, stations, points).profile
-    borders = pair.borders(stations)
-    even = np.linspace(borders.driving_root, borders.driving_tip, points)
-    return np.broadcast_to(even, (stations.size, points))
 
 
 def _half_thickness(prism: PrismBody, stations: FloatArray, nodes: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from semiwear.contact.conditions import ContactConditions
-from semiwear.contact.friction import Friction, effective_lever, mesh_efficiency, power_loss
+from semiwear.contact.friction import Friction, mesh_efficiency, power_loss
 
 
 @dataclass(frozen=True)
@@ -169,10 +169,8 @@ def test_moments_with_friction_differ_by_the_power_loss():
     state = pair.conditions(roll, 1)
     side = state.sliding_direction[:, 0]
     force = state.line_load[:, 0] * pair.width
-    levers = [
-        effective_lever(np.full_like(rho, base), rho, np.full_like(rho, mu), side)
-        for base, rho in zip(pair.base_radius, pair.radii(roll), strict=True)
-    ]
+    # of the normal force about both axes, friction included: it acts along the tangent, at the radius of curvature
+    levers = [base + mu * side * rho for base, rho in zip(pair.base_radius, pair.radii(roll), strict=True)]
     speeds = pair.speed, pair.speed * pair.teeth[0] / pair.teeth[1]
     loss = 1e-3 * force * (levers[0] * speeds[0] - levers[1] * speeds[1])
     expected = power_loss(state, np.full_like(state.line_load, mu), np.full(1, pair.width))
