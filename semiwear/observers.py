@@ -101,14 +101,7 @@ class FrictionLoss:
 
 @dataclass(frozen=True)
 class Heat:
-    """Flash temperature and contact temperature.
-
-    Attributes
-    ----------
-    speeds : SurfaceSpeeds
-    friction : Friction
-    flash : FlashTemperature
-    """
+    """Flash temperature and contact temperature."""
 
     speeds: SurfaceSpeeds
     friction: Friction
@@ -129,13 +122,7 @@ class Heat:
 
 @dataclass(frozen=True)
 class Film:
-    """Film thickness and its ratio to the roughness.
-
-    Attributes
-    ----------
-    speeds : SurfaceSpeeds
-    film : FilmThickness
-    """
+    """Film thickness and its ratio to the roughness."""
 
     speeds: SurfaceSpeeds
     film: FilmThickness

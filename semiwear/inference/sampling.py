@@ -28,15 +28,7 @@ _LEAST_NEAR = 16
 
 @dataclass(frozen=True)
 class Target:
-    """Posterior density, in coordinates that are standard normal under the prior.
-
-    Attributes
-    ----------
-    unknowns : Unknowns
-    model : Model
-    channels : sequence of Channel
-    evidence : sequence of Evidence
-    """
+    """Posterior density, in coordinates that are standard normal under the prior."""
 
     unknowns: Unknowns
     model: Model

@@ -15,15 +15,7 @@ _RADIANS = 0.8  # degrees: so little helix is likelier an angle of up to 45 degr
 
 @dataclass(frozen=True)
 class Choice:
-    """Decision for one slot.
-
-    Attributes
-    ----------
-    slot, chosen : str
-    runs : bool
-    why : str
-    references : tuple of str
-    """
+    """Decision for one slot."""
 
     slot: str
     chosen: str
