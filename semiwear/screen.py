@@ -31,7 +31,7 @@ from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.scene.mechanical_effects import RunLife
 from semiwear.scene.rating_tables import RatingTable
-from semiwear.screen_ratings import FAILS, NEAR, nearness
+from semiwear.screen_ratings import FAILS, NEAR, nearness, step_to_end
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
 from semiwear.untyped import Table
@@ -381,16 +381,11 @@ def _depths_at_the_end(scene: Scene, teeth: LoadedTeeth) -> dict[str, float]:
     """Greatest depth of each worn body at the end of the run [um]: as prescribed, else by one implicit step."""
     wear = scene.wear
     assert wear is not None
-    physics, depths = plan(scene), wear.until.control_depths_um
+    depths = wear.until.control_depths_um
     if depths is not None and wear.worn_bodies == (wear.watched_body,):
         return {wear.watched_body: depths[-1]}
-    stepper = replace(physics.wear_stepper(teeth), implicit=True)
-    start, point = stepper.start(), physics.control_point(teeth)
-    if depths is not None and point is not None:
-        worn = stepper.step_to_depth(start, point, 1e-3 * depths[-1]).worn
-    else:
-        worn = stepper.step(start, float(wear.until.meshes or 0.0)).worn
-    return {body: 1e3 * depth for body, depth in _by_body(worn, lambda wear: float(wear.max())).items()}
+    _, _, end = step_to_end(plan(scene), teeth)
+    return {body: 1e3 * depth for body, depth in _by_body(end.worn, lambda wear: float(wear.max())).items()}
 
 
 def _by_body(worn: Worn, value: Callable[[np.ndarray], _T]) -> dict[str, _T]:

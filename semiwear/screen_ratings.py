@@ -7,12 +7,14 @@ from functools import lru_cache
 
 import numpy as np
 
+from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import ConvergenceError
 from semiwear.life import hours_per_mesh
 from semiwear.meshing.flank_pair import BODIES
-from semiwear.plan import plan
+from semiwear.plan import Plan, plan
 from semiwear.plan.ratings import Ratings
 from semiwear.scene import Scene
+from semiwear.wear.stepping import WearState, WearStepper
 
 FAILS, NEAR = "fails", "near its limit"
 """Verdicts on a mode whose safety is below the required one, or little above it."""
@@ -45,14 +47,18 @@ def _rated(scene: Scene) -> Ratings:
     """Ratings of the unworn flanks and of those after one implicit step to the end of the run."""
     physics = plan(scene)
     teeth = physics.loaded_teeth()
-    stepper = replace(physics.wear_stepper(teeth), implicit=True)
-    start, point = stepper.start(), physics.control_point(teeth)
-    assert scene.wear is not None  # a need of every failure mode
-    until = scene.wear.until
-    if until.control_depths_um is not None and point is not None:
-        end = stepper.step_to_depth(start, point, 1e-3 * until.control_depths_um[-1])
-    else:
-        end = stepper.step(start, float(until.meshes or 0.0))
-    rated = physics.ratings(stepper, [start, end], hours_per_mesh(scene, teeth.pair))
+    stepper, *states = step_to_end(physics, teeth)
+    rated = physics.ratings(stepper, states, hours_per_mesh(scene, teeth.pair))
     assert rated is not None
     return rated
+
+
+def step_to_end(physics: Plan, teeth: LoadedTeeth) -> tuple[WearStepper, WearState, WearState]:
+    """The stepper of a run with wear, its unworn state, and that which one implicit step to its end leaves."""
+    assert physics.scene.wear is not None
+    until = physics.scene.wear.until
+    stepper = replace(physics.wear_stepper(teeth), implicit=True)
+    start, point = stepper.start(), physics.control_point(teeth)
+    if until.control_depths_um is not None and point is not None:
+        return stepper, start, stepper.step_to_depth(start, point, 1e-3 * until.control_depths_um[-1])
+    return stepper, start, stepper.step(start, float(until.meshes or 0.0))
