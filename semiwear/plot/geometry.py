@@ -7,6 +7,7 @@ the scene loads the coast flank the picture is its mirror image.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import cos, pi, sin
 from typing import TYPE_CHECKING
 
@@ -139,19 +140,12 @@ def path_on_flank(scene: Scene, ax: Axes | None = None) -> Axes:
     return ax
 
 
-_PANELS: dict[str, tuple[Callable[[Scene, Axes], Axes], ...]] = {
-    "cylindrical": (lambda scene, ax: teeth_in_mesh(scene, ax),),
-    "face_gear": (
-        lambda scene, ax: teeth_in_mesh(scene, ax),
-        lambda scene, ax: tooth_sections(scene, "gear", ax),
-        lambda scene, ax: path_on_flank(scene, ax),
-    ),
+_PINION, _GEAR = (partial(tooth_sections, body=body) for body in BODIES)
+_PANELS: dict[str, tuple[Callable[..., Axes], ...]] = {
+    "cylindrical": (teeth_in_mesh,),
+    "face_gear": (teeth_in_mesh, _GEAR, path_on_flank),
 }
-_OTHERS: tuple[Callable[[Scene, Axes], Axes], ...] = (
-    lambda scene, ax: tooth_sections(scene, "pinion", ax),
-    lambda scene, ax: tooth_sections(scene, "gear", ax),
-    lambda scene, ax: path_on_flank(scene, ax),
-)
+_OTHERS = (_PINION, _GEAR, path_on_flank)
 
 
 @styled()
@@ -162,7 +156,7 @@ def geometry_figure(scene: Scene) -> Figure:
     panels = _PANELS.get(scene.gear_pair.type, _OTHERS)
     figure = Figure(figsize=(_SIZE[0] * len(panels), _SIZE[1]), layout="constrained")
     for panel, ax in zip(panels, figure.subplots(1, len(panels), squeeze=False).flat, strict=True):
-        panel(scene, ax)
+        panel(scene, ax=ax)
     return figure
 
 
