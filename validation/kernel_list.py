@@ -62,9 +62,11 @@ class Compilations(event.Listener):
     _running: list[list[float]] = field(default_factory=list)
 
     def on_start(self, event: event.Event) -> None:
+        """Note the start of a compilation."""
         self._running.append([time.perf_counter(), 0.0])
 
     def on_end(self, event: event.Event) -> None:
+        """Keep the kernel and its seconds, without those of kernels compiled within."""
         start, within = self._running.pop()
         kernel, seconds = event.data["dispatcher"], time.perf_counter() - start
         function = kernel.py_func

@@ -44,9 +44,11 @@ class Polar(Plane):
     """Coordinates in which the rim is a rectangle: (angle from the y axis, radius) of a ring."""
 
     def from_xy(self, xy: FloatArray) -> FloatArray:
+        """Coordinates of points (..., 2) [mm]."""
         return np.stack([np.arctan2(xy[..., 0], xy[..., 1]), np.hypot(xy[..., 0], xy[..., 1])], axis=-1)
 
     def to_xy(self, coordinates: FloatArray) -> FloatArray:
+        """Points (..., 2) [mm] at coordinates."""
         angle, radius = coordinates[..., 0], coordinates[..., 1]
         return np.stack([radius * np.sin(angle), radius * np.cos(angle)], axis=-1)
 
