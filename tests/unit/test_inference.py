@@ -238,7 +238,7 @@ def test_fields_that_go_together_by_differences():
     pair = [Unknown("x.offset_mm", sw.Normal(0, 1)), Unknown("x.angle_mrad", sw.Normal(0, 1))]
     values = np.column_stack([first, -first + 0.1 * random.standard_normal(500)])
     (line,) = undetermined_fields(pair, values, np.array([0.5, 0.5]))
-    assert "together rather than apart" in line and "-1.00" in line and "mm" in line
+    assert "together, not singly" in line and "-1.00" in line and "mm" in line
 
 
 # ---------------------------------------------------------------------- refused
@@ -332,7 +332,7 @@ def test_an_emulator_that_stays_too_rough_is_refused(solved, monkeypatch):
 
     monkeypatch.setattr(outcome, "simulate", noisy)
     monkeypatch.setattr(import_module("semiwear.inference.run"), "_GROWTH", 1)
-    with pytest.raises(SemiwearError, match="after 64 runs the emulator's error still makes"):
+    with pytest.raises(SemiwearError, match="after 64 runs the emulator's error still is"):
         infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 100)}, amplitude(8.0, 0.001), emulator_share=0.05)
 
 
@@ -525,7 +525,7 @@ def test_a_table_of_a_spreadsheet_is_read_and_no_list_beside_it(solved, told_of)
         ("life_um = [true]", "life_um: found True"),
         ("life_um = 60\nlife_body = 'pinion'", "life_body: found 'pinion'"),
         ("k_scatter = inf", "k_scatter: found inf"),
-        ("k_scatter = 1e200", "allowed: a share, 0 to 100"),
+        ("k_scatter = 1e200", "allowed: a fraction, 0 to 100"),
         (f"emulator_share = 1{400 * '0'}", "emulator_share: found '1000"),
     ],
 )

@@ -116,7 +116,7 @@ def test_every_problem_is_told_at_once(solved):
         ({TORQUE: [1]}, {"combine": "all"}, '"grid" or "zip"'),
         ({TORQUE: [1]}, {"measure": []}, "one or more names"),
         ({TORQUE: [np.nan]}, {}, "finite"),
-        ({TORQUE: [None]}, {}, "every scene needs one"),
+        ({TORQUE: [None]}, {}, "every scene needs a value"),
         ({"effects.misalignment": [None], OFFSET: [0.1]}, {}, "varied together with its table"),
         ({TORQUE: [1]}, {"scene": SCENE.replace({"wear": None})}, "a table [wear]"),
         (pd.DataFrame({TORQUE: [800, np.nan, 900]}), {}, "row 1: give a value"),
