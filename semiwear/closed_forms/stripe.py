@@ -34,7 +34,8 @@ def stripe_kernel(distance: FloatArray) -> FloatArray:
     """
     t = np.asarray(distance, float)
     root = np.hypot(1.0, t)
-    return np.asarray(4.0 / (3.0 * pi) / root * elliprd(0.0, (t / root) ** 2, 1.0))
+    sine = np.divide(t, root, out=np.ones_like(root), where=np.isfinite(root))
+    return np.asarray(4.0 / (3.0 * pi) / root * elliprd(0.0, sine**2, 1.0))
 
 
 @lru_cache(maxsize=1)

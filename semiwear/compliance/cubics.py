@@ -48,7 +48,7 @@ def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, Flo
     """Weights of local cubic interpolation on growing nodes, and their derivatives by `place`.
 
     Between two inner nodes the cubic runs through the four around them; at the ends through the last four, and
-    places beyond the ends count as the ends.
+    places beyond the ends count as the ends, with their slopes.
     """
     places, own = np.ascontiguousarray(place, float).reshape(-1), np.ascontiguousarray(nodes, float)
     weights, slopes = np.zeros((2, places.size, own.size))

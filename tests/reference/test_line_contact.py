@@ -116,6 +116,7 @@ def test_stripe_kernel_far_away_is_a_point_load():
     # its next term is 1/(8 s^2), which is lost in rounding from some 1e7 on
     far = np.array([1e3, 1e5, 1e8, 1e100])
     np.testing.assert_allclose(stripe_kernel(far) * far, 1.0 - 0.125 / far**2, rtol=1e-12)
+    assert stripe_kernel(np.array([np.inf, -np.inf])).tolist() == [0.0, 0.0]
 
 
 def self_compliance(length: float, half_width: float) -> float:

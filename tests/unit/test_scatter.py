@@ -482,6 +482,25 @@ def test_lives_without_end_are_not_emulated(endless):
         sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.5, measure="history", crew=0)
 
 
+def test_lives_that_no_wear_ends_are_not_emulated(monkeypatch, solved):
+    """Another failure ends them: their scenes are solved, and infinite until the depth of wear."""
+    known = outcome.simulate
+
+    def simulate(scene):
+        tree = known(scene)
+        life = tree["life"].to_dataset()
+        never = np.asarray(np.nan if scene.operation.pinion_torque_Nm < 1600.0 else 1e9)
+        tree["life"] = xr.DataTree(life.assign(meshes_to_limit=((), never)))
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    measure = ["meshes_to_limit", "load_share_max"]
+    found = sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, measure=measure, crew=0)
+    assert np.isinf(found.values("meshes_to_limit")).sum() == 32 and not found.samples["status"].any()
+    with pytest.raises(SemiwearError, match="wear no further"):
+        sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.5, measure=measure, crew=0)
+
+
 def test_the_first_failure_ends_a_life_before_its_depth(solved):
     found = sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=4, measure=["history", "life"], crew=0)
     ends = found.values("meshes_to_end")
