@@ -8,7 +8,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from semiwear.compliance.prism import prism_section
+from semiwear.compliance.prism import _between_harmonics, prism_section
 from semiwear.compliance.root import at_root
 from semiwear.compliance.section_elements import (
     fillet_edges,
@@ -382,6 +382,13 @@ def test_harmonics_between_those_solved(section):
     every = prism_section(section, **options, solve_every=True)
     assert np.abs(some.deflection - every.deflection).max() < 1e-4 * np.abs(every.deflection[0]).max()
     assert np.abs(some.stress - every.stress).max() < 1e-4 * np.abs(every.stress[0]).max()
+
+
+def test_between_harmonics_even_polynomials_stay():
+    """Influence is even in the wave number: a quintic spline through values and their mirror images is exact."""
+    solved, wanted = np.array([0.0, 0.7, 1.1, 2.0, 2.4, 3.0, 4.1]), np.linspace(0.0, 4.1, 30)
+    values = solved[:, None] ** [0, 2, 4]
+    np.testing.assert_allclose(_between_harmonics(solved, values, wanted), wanted[:, None] ** [0, 2, 4], atol=1e-9)
 
 
 def test_harmonics_converge(rack):
