@@ -9,9 +9,14 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from semiwear.compliance.prism import prism_section
+from semiwear.compliance.prism import _between_harmonics, prism_section
 from semiwear.compliance.root import at_root
-from semiwear.compliance.section_elements import harmonic_integrals
+from semiwear.compliance.section_elements import (
+    fillet_edges,
+    fillet_shares,
+    harmonic_integrals,
+    section_integrals,
+)
 from semiwear.compliance.section_mesh import ELEMENT, SectionMeshError, elements_at_root, jacobians, section_mesh
 from semiwear.errors import SemiwearError
 from semiwear.geometry.involute import InvoluteTooth
@@ -195,6 +200,38 @@ def test_harmonic_matrices_know_rigid_motion_and_uniform_stretch():
     assert energy == pytest.approx(modulus * k**4 * second_moment, rel=1e-3)
 
 
+def test_section_integrals_know_the_strains_of_linear_displacements():
+    """q = a x + b y + c and dq/dz = d strain evenly, with d/ds = along d/dz, d/dx = (d/dx)_z + lean d/dz."""
+    mesh = section_mesh(trapezoid(), **COARSE)
+    along, lean, nu, modulus = 0.8, 0.3, 0.3, 206000.0
+    fixed, mixed, twice = section_integrals(mesh, modulus, nu, along, lean)
+    a, b, c, d = 1e-3 * np.random.default_rng(2).normal(size=(4, 3))
+    x, y = mesh.nodes.T[:, :, None]
+    q, by_z = (a * x + b * y + c).ravel(), np.broadcast_to(d, (len(x), 3)).ravel()
+    gradient = np.stack([a + lean * d, b, along * d], axis=1)  # of u, v, w by x, y, s
+    strain = (gradient + gradient.T) / 2
+    # strain energy of an isotropic body, its area from the outline
+    shear = modulus / (2 * (1 + nu))
+    density = 2 * shear * (np.sum(strain**2) + nu / (1 - 2 * nu) * np.trace(strain) ** 2)
+    points = np.stack(np.meshgrid([0, 0.5, 1], [0, 0.5, 1])).reshape(2, -1)
+    area = (np.linalg.det(jacobians(mesh, points)) * np.outer([1, 4, 1], [1, 4, 1]).ravel() / 36).sum()
+    energy = q @ (fixed @ q) + 2 * q @ (mixed @ by_z) + by_z @ (twice @ by_z)
+    assert energy == pytest.approx(area * density, rel=1e-9)
+
+
+@pytest.mark.parametrize("section", [trapezoid(radius=3.0), involute()])
+def test_fillet_shares_are_lengths_up_to_the_gauss_points(section):
+    mesh = section_mesh(section, **COARSE)
+    *_, places = fillet_edges(mesh)
+    edges = mesh.fillet[2 * np.arange(len(mesh.fillet) // 2)[:, None] + np.arange(3)]
+    at = np.linspace(0.0, 1.0, 2001)
+    shapes = np.stack([(1 - at) * (1 - 2 * at), 4 * at * (1 - at), at * (2 * at - 1)])
+    outline = np.einsum("at,eai->eti", shapes, mesh.nodes[edges]).reshape(-1, 2)
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(outline, axis=0), axis=1))])
+    nearest = np.linalg.norm(outline - places[:, None], axis=2).argmin(axis=1)
+    np.testing.assert_allclose(fillet_shares(mesh), length[nearest] / length[-1], atol=2e-3)
+
+
 def _values(points):
     return np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])
 
@@ -347,6 +384,13 @@ def test_harmonics_between_those_solved(section):
     every = prism_section(section, **options, solve_every=True)
     assert np.abs(some.deflection - every.deflection).max() < 1e-4 * np.abs(every.deflection[0]).max()
     assert np.abs(some.stress - every.stress).max() < 1e-4 * np.abs(every.stress[0]).max()
+
+
+def test_between_harmonics_even_polynomials_stay():
+    """Influence is even in the wave number: a quintic spline through values and their mirror images is exact."""
+    solved, wanted = np.array([0.0, 0.7, 1.1, 2.0, 2.4, 3.0, 4.1]), np.linspace(0.0, 4.1, 30)
+    values = solved[:, None] ** [0, 2, 4]
+    np.testing.assert_allclose(_between_harmonics(solved, values, wanted), wanted[:, None] ** [0, 2, 4], atol=1e-9)
 
 
 def test_harmonics_converge(rack):
