@@ -150,6 +150,15 @@ def test_errors_of_an_emulator_are_looked_up_at_the_wear_of_a_place():
     assert asked[-1][2] is None
 
 
+def test_every_channel_is_predicted_at_its_own_k_n():
+    class Asked:
+        def amounts(self, inputs: np.ndarray, meshes: np.ndarray) -> np.ndarray:
+            return meshes
+
+    target = Target(Unknowns(UNKNOWNS.every, 5e-14), Asked(), [channel(1e8), channel(3e8)], [])  # type: ignore[arg-type]
+    np.testing.assert_allclose(target.amounts(np.zeros((3, 2))), 3 * [[2e8, 6e8]])
+
+
 # ---------------------------------------------------------------------- lives
 
 SPEED = "operation.pinion_speed_rpm"
