@@ -9,10 +9,15 @@ import numpy as np
 import pytest
 
 from semiwear.contact.footprint import BESIDE, Footprints, footprints
+from semiwear.contact.gap import SliceGap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
-from semiwear.wear.deposit import Spread, factor_at, spread_over_flank
+from semiwear.wear.between_rolls import VALLEY
+from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of, spread_over_flank
+from tests.reference.test_edge_contact import CURVATURE as BEND
+from tests.reference.test_edge_contact import EDGE, groove
+from tests.reference.test_edge_contact import RADIUS as EDGE_RADIUS
 from tests.strategies.lines import straight_lines
 
 CURVATURE, HALF_WIDTH = 0.04, 0.5  # 1/mm, mm
@@ -207,3 +212,29 @@ def test_each_roll_position_meets_its_own_row_of_what_is_gone():
     assert np.abs(first - second).max() > 0.5 * first.max()
     np.testing.assert_allclose(both, first + second, atol=1e-9 * both.max())
     np.testing.assert_allclose(all_three, both, atol=1e-9 * both.max())
+
+
+@pytest.mark.parametrize("upper", [False, True])
+def test_an_edge_and_its_valley_share_a_footprint_without_a_rest(upper):
+    """Whether they are one contact, two, or in between; the edge's stretches end where those of the valley begin."""
+    _, grid, wear = groove(1e-3)
+    nodes, depth = grid.profile[0], wear[0]
+    if upper:
+        nodes, depth = -nodes[::-1].copy(), depth[::-1].copy()
+    low, high = (-8.0, -EDGE) if upper else (EDGE, 8.0)
+    radii = (0.0, EDGE_RADIUS) if upper else (EDGE_RADIUS, 0.0)
+    gap = SliceGap(0.0, low, high, np.array([0.0, 0.0, BEND, 0.0, 0.0]), 1.0, *radii, depth, nodes, 1600)
+    known, found = [], np.zeros((1, 1))
+    for closes in (1e-4, 1e-3, 1e-2, 3e-2, 0.1, 1.0):
+        edges = np.zeros((1, 1, 4))
+        none = np.zeros((1, 1, 2))
+        what = Spread(found, found + 1.0, none, none, found + closes, edges, np.zeros(1))
+        space = piece_space(nodes[None])
+        count = pieces_of(gap, 0.3, what, 0, 0, space)
+        mark, mass, ends_of = space.at_edge[:count], space.mass[:count], space.ends[:count]
+        assert mass.sum() == pytest.approx(1.0, rel=1e-12) and (mass >= 0.0).all()
+        known.append(edges[0, 0, 3])
+        edge, valley = ends_of[mark == (1 if upper else -1)], ends_of[mark == VALLEY]
+        if edge.size and valley.size:
+            assert edge.min() >= valley.max() - 1e-12 if upper else edge.max() <= valley.min() + 1e-12
+    assert 1.0 in known and any(0.0 < one < 1.0 for one in known)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 
 import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.errors import ConvergenceError, SemiwearError
 from semiwear.inference.evidence import known_noise
+from semiwear.inference.lives import PosteriorLife, life_of
 from semiwear.inference.model import Model, Runs, model_of
 from semiwear.inference.observations import Channel
 from semiwear.inference.sampling import Target
 from semiwear.inference.unknowns import COEFFICIENT, Unknowns, unknowns_of
+from semiwear.sweep.measure import Measured
+from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
 
-model = import_module("semiwear.inference.model")
+model, outcome = import_module("semiwear.inference.model"), import_module("semiwear.sweep.outcome")
 RANDOM = np.random.default_rng(0)
 LEVELS = np.linspace(0.0, 3.0, 4)
 NO_MOVEMENTS = np.zeros((9, 0))
@@ -143,3 +148,49 @@ def test_errors_of_an_emulator_are_looked_up_at_the_wear_of_a_place():
     Asked.runs = Runs(Asked.runs.inputs[1:-1], LEVELS, ())
     Target(unknowns, Asked(), [channel()], []).emulator_errors(np.zeros(2))  # type: ignore[arg-type]
     assert asked[-1][2] is None
+
+
+def test_every_channel_is_predicted_at_its_own_k_n():
+    class Asked:
+        def amounts(self, inputs: np.ndarray, meshes: np.ndarray) -> np.ndarray:
+            return meshes
+
+    target = Target(Unknowns(UNKNOWNS.every, 5e-14), Asked(), [channel(1e8), channel(3e8)], [])  # type: ignore[arg-type]
+    np.testing.assert_allclose(target.amounts(np.zeros((3, 2))), 3 * [[2e8, 6e8]])
+
+
+# ---------------------------------------------------------------------- lives
+
+SPEED = "operation.pinion_speed_rpm"
+LIVES = SHIPPED.replace({**TINY, **UNTIL_MESHES, "wear.until.meshes": 1e8, COEFFICIENT: 1e-13, SPEED: 1000.0})
+
+
+SPEEDS = unknowns_of({SPEED: sw.Uniform(500.0, 3000.0)}, 1e-13)
+DRAWS = np.random.default_rng(3).standard_normal((40, 1))
+
+
+def lives_where(monkeypatch: pytest.MonkeyPatch, fails: Callable[[float], bool]) -> PosteriorLife:
+    """Lives at 40 speeds, to which they are inverse, and at some of which they fail."""
+
+    def life(task):
+        speed = task.scene.operation.pinion_speed_rpm
+        if fails(speed):
+            raise ConvergenceError("too deep")
+        meshes = 2e11 / speed
+        told = {"meshes_to_limit": meshes, "hours_to_limit": meshes / (60.0 * speed), "depth_limit": 20.0}
+        return Measured({f"/life/{name}": np.array(value) for name, value in told.items()})
+
+    monkeypatch.setattr(outcome, "_life", life)
+    return life_of(LIVES, SPEEDS, DRAWS, (20.0, "gear", 0.0, 32), places=(0, None, None))
+
+
+def test_a_few_lives_that_fail_are_left_out_and_the_hours_are_those_of_the_others(monkeypatch):
+    speeds = SPEEDS.values(DRAWS)[:, 0]
+    found = lives_where(monkeypatch, lambda speed: abs(speed - speeds[0]) < 1e-6)
+    np.testing.assert_allclose(found.meshes, 2e11 / speeds, rtol=0.02)
+    np.testing.assert_allclose(found.hours_per_mesh, 1.0 / (60.0 * speeds), rtol=1e-9)
+
+
+def test_many_lives_that_fail_are_told(monkeypatch):
+    with pytest.raises(SemiwearError, match=r"\d+ of 32 lives cannot be found: .*too deep"):
+        lives_where(monkeypatch, lambda speed: speed > 2500.0)

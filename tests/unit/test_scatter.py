@@ -94,6 +94,10 @@ def test_ranks_are_correlated_as_asked():
     matrix = import_module("semiwear.scatter.design").correlation_matrix(
         ["a", "b", "c"], {("a", "b"): 0.6, ("c", "a"): -0.3}
     )
+    # the rank correlation of two normal numbers correlated by r (Pearson 1907)
+    np.testing.assert_allclose(
+        6.0 / np.pi * np.arcsin(matrix / 2.0), [[1, 0.6, -0.3], [0.6, 1, 0], [-0.3, 0, 1]], atol=1e-12
+    )
     found = design(shape, 4096, 3, matrix=matrix, paired=False).values
     ranks = stats.spearmanr(found).statistic
     np.testing.assert_allclose(ranks[[0, 0, 1], [1, 2, 2]], [0.6, -0.3, 0.0], atol=0.02)
