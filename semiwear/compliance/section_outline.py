@@ -191,8 +191,10 @@ def point_below_tooth(section: ToothSection, fillet: FloatArray, middle: int) ->
     x, y = fillet[middle]
     tangent = fillet[middle + 1] - fillet[middle - 1]
     normal_foot = y + x * tangent[0] / tangent[1] if tangent[1] < -1e-3 * tangent[0] else -np.inf
-    root = frame_of(section).from_xy(fillet[[middle, -1]])[:, 1].min()
-    rim = root - foot_height(section)
+    foot = foot_height(section)
+    # on a ring the root bends down from the centre line, by more than a thin rim's thickness
+    root = max(min(y, fillet[-1, 1]), 0.5 * (foot + frame_of(section).from_xy(fillet[-1])[1]))
+    rim = root - foot
     return float(np.clip(normal_foot, root - 0.5 * rim, root - min(0.2 * rim, 0.5 * x)))
 
 
