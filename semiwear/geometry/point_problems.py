@@ -14,6 +14,7 @@ from semiwear.geometry.point_surface import LEAST_POINTS, cell_normals
 __all__ = ["grid_problems"]
 
 
+_FACE_TO_LENGTH = 100.0  # face coordinate over length of the tooth, or the inverse: more is another unit
 _UNIT = 1e-3  # by which a unit normal may miss its length
 _SAME = 1e-9  # of the flank's size: points nearer are the same
 _COARSE_TURN = 20.0  # degrees by which the normal may turn from cell to cell
@@ -111,6 +112,13 @@ def _columns(grid: PointGrid, teeth: int) -> Iterator[Finding]:
     if grid.face is not None and np.any(np.diff(grid.face) <= 0.0):
         fix = "sort the columns, or leave the coordinate out"
         yield "a coordinate face that does not grow", "one growing face coordinate [mm] a column", fix
+    elif grid.face is not None:
+        along = np.linalg.norm(np.diff(grid.points[len(grid.points) // 2], axis=0), axis=-1).sum()
+        with np.errstate(over="ignore"):
+            span = grid.face[-1] - grid.face[0]
+        if not along / _FACE_TO_LENGTH <= span <= along * _FACE_TO_LENGTH:
+            found = f"a coordinate face over {span:.3g} mm along a tooth of {along:.3g} mm"
+            yield found, "about the length of the tooth", "give it in mm, or leave the coordinate out"
     if grid.normals is not None:
         length = np.linalg.norm(grid.normals, axis=-1)
         if np.abs(length - 1.0).max() > _UNIT:
