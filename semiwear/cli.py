@@ -240,9 +240,14 @@ def _parser() -> argparse.ArgumentParser:
     calibrate.add_argument("--before", metavar="FILE", nargs="+", help="the same flanks before, in the same order")
     calibrate.add_argument("--body", metavar="NAME", default="gear", help="whose flanks: gear (default) or pinion")
     calibrate.add_argument(
-        "--meshes", metavar="N", type=_ABOVE_ZERO, help="engagements of a gear tooth that they have run"
+        "--meshes",
+        metavar="N",
+        type=_ABOVE_ZERO,
+        help="engagements of a gear tooth that they have run; default: of the scene",
     )
-    calibrate.add_argument("--confidence", metavar="P", type=_SHARE, default=0.95, help="default 0.95")
+    calibrate.add_argument(
+        "--confidence", metavar="P", type=_SHARE, default=0.95, help="of the intervals; default 0.95"
+    )
     calibrate.add_argument("--robust", action="store_true", help="fit with Huber's weights, for outliers")
     calibrate.add_argument(
         "--life", metavar="UM", type=_ABOVE_ZERO, help="tell the life until this greatest depth of wear"
@@ -257,7 +262,7 @@ def _parser() -> argparse.ArgumentParser:
     rexs.add_argument("-o", "--output", metavar="FILE", required=True, help="the scene, *.toml")
     rexs.add_argument("--stage", metavar="ID", help="the stage, where the file has several")
     rexs.add_argument(
-        "--torque", metavar="NM", type=_ABOVE_ZERO, help="on the pinion, where the file does not give it"
+        "--torque", metavar="NM", type=_ABOVE_ZERO, help="torque on the pinion [N m], where the file does not give it"
     )
     rexs.add_argument("--set", metavar="KEY=VALUE", type=assignment, action="append", default=[], help=_SET_HELP)
 

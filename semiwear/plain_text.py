@@ -49,10 +49,18 @@ def rows_of(text: str) -> list[list[str]]:
     """Cells of a table in a text file, row by row.
 
     If commas do not separate them, and no number has a point, commas within numbers are decimal ones.
+
+    Raises
+    ------
+    ValueError
+        With the reason why it is no table.
     """
     lines = lines_of(text)
     separator = separator_of(lines[0]) if lines else ","
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    try:
+        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
     if separator == "," or any(_DECIMAL_POINT.fullmatch(cell) for row in rows for cell in row):
         return rows
     return [[with_decimal_point(cell) for cell in row] for row in rows]

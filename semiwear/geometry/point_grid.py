@@ -286,12 +286,17 @@ def _sections(data: Dataset) -> tuple[PlacedSection, ...]:
     )
 
 
-def _read_csv(file: Path) -> PointGrid:
+def _rows(file: Path) -> list[list[str]]:
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        return rows_of(file.read_text(encoding="utf-8-sig"))
     except UnicodeDecodeError:
         raise _Unfit("no UTF-8 text", _FILE, "save it as UTF-8") from None
-    rows = rows_of(text)
+    except ValueError as error:
+        raise _Unfit(f"no table ({error})", _FILE, "give one point a line") from None
+
+
+def _read_csv(file: Path) -> PointGrid:
+    rows = _rows(file)
     head = rows[0] if rows else []
     foreign = [name for name in head if name[:2] in ("x_", "y_", "z_") and not name.endswith("_mm")]
     if foreign:

@@ -11,6 +11,7 @@ from semiwear.errors import Problem
 from semiwear.geometry.point_grid import PointGrid
 from semiwear.geometry.point_surface import LEAST_POINTS, cell_normals
 
+_FACE_TO_LENGTH = 100.0  # face coordinate over length of the tooth, or the inverse: more means another unit
 _UNIT = 1e-3  # error of the length of a unit normal
 _SAME = 1e-9  # of the flank's size: points within it count as the same
 _COARSE_TURN = 20.0  # degrees by which the normal may turn from cell to cell
@@ -108,6 +109,13 @@ def _columns(grid: PointGrid, teeth: int) -> Iterator[Finding]:
     if grid.face is not None and np.any(np.diff(grid.face) <= 0.0):
         fix = "sort the columns, or leave the coordinate out"
         yield "a coordinate face that does not rise", "one rising face coordinate [mm] a column", fix
+    elif grid.face is not None:
+        along = np.linalg.norm(np.diff(grid.points[len(grid.points) // 2], axis=0), axis=-1).sum()
+        with np.errstate(over="ignore"):
+            span = grid.face[-1] - grid.face[0]
+        if not along / _FACE_TO_LENGTH <= span <= along * _FACE_TO_LENGTH:
+            found = f"a coordinate face over {span:.3g} mm along a tooth of {along:.3g} mm"
+            yield found, "about the length of the tooth", "give it in mm, or leave the coordinate out"
     if grid.normals is not None:
         length = np.linalg.norm(grid.normals, axis=-1)
         if np.abs(length - 1.0).max() > _UNIT:

@@ -33,7 +33,6 @@ error = 0.1
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, replace
@@ -254,7 +253,7 @@ def _with_files(folder: Path, table: Table, tabled: bool, field: str, problems: 
     path = folder / given.pop("file")
     try:
         columns = _columns(path)
-    except (OSError, ValueError, csv.Error) as error:
+    except (OSError, ValueError) as error:
         fix = "commas between columns, their names in the first line"
         problems.append(Problem(f"{field}.file", str(path), "a CSV file that can be read", f"{error}; {fix}"))
         return None
@@ -269,7 +268,7 @@ def _columns(path: Path) -> dict[str, np.ndarray]:
 
     Raises
     ------
-    OSError, ValueError, csv.Error
+    OSError, ValueError
         With the fault.
     """
     rows = rows_of(path.read_text(encoding="utf-8-sig"))

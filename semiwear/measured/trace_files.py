@@ -100,7 +100,10 @@ def _rolled(length: FloatArray, base_diameter: float | None, file: Path) -> Floa
 
 
 def _from_csv(text: str, file: Path, base_diameter: float | None) -> tuple[Trace, ...]:
-    rows = rows_of(text)
+    try:
+        rows = rows_of(text)
+    except ValueError as error:
+        raise _refused(file, f"no table ({error})", "one point a line") from None
     head = rows[0] if rows else []
     across = next((name for name in ("diameter_mm", "roll_length_mm") if name in head), "diameter_mm")
     missing = [name for name in (*_COLUMNS, across) if name not in head]

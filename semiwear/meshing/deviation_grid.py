@@ -254,7 +254,10 @@ def _read_csv(field: str, file: Path) -> DeviationGrid:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError.of(field, str(file), layout, "it is no UTF-8 text") from error
-    rows = rows_of(text)
+    try:
+        rows = rows_of(text)
+    except ValueError as error:
+        raise SceneError.of(field, f"{file}: no table ({error})", layout, "write_deviation_grid makes one") from error
     if len(rows) < 2:
         raise SceneError.of(field, f"{file}: {len(rows)} rows", layout, "give a header row and one row per profile")
     words = rows[0][0].split()

@@ -168,7 +168,7 @@ def unmet_needs(field: str, quantity: Quantity, scene: Scene, varied: Iterable[s
             field,
             quantity.text,
             "a quantity that results of this scene have",
-            f"give the scene {' and '.join(missing)}",
+            f"its result has no {quantity.text}: give the scene {' and '.join(missing)}",
         )
     ]
 

@@ -2,14 +2,16 @@
 
 import copy
 import datetime
+import re
 import tomllib
 from importlib import resources
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import semiwear as sw
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
 from semiwear.scene.schema import SCHEMAS
@@ -129,6 +131,41 @@ def test_any_damage_to_the_text_gives_a_scene_or_every_problem(start: int, lengt
         parse_scene(TEXT[:start] + inserted + TEXT[start + length :])
     except SceneError as error:
         assert str(error)
+
+
+def _extremes() -> st.SearchStrategy[tuple[Scene, str, float]]:
+    """A scene with its defaults left to follow, a field, and a number at or beyond the ends of its range."""
+    pairs = []
+    for name in ("face_gear_25x160", "spur_fzg_c"):
+        scene = sw.load_scene(name)
+        schema = SCHEMAS[scene.gear_pair.type]
+        shifts = ("gear_pair.pinion_profile_shift", "gear_pair.gear_profile_shift")  # 16 teeth are undercut without
+        left_out = [key for key in schema.fields_of("gear_pair") if key not in (*schema.required, *shifts)]
+        scene = scene.replace(dict.fromkeys(left_out))
+        pairs += [(scene, key, schema.rules[key].allowed) for key in schema.rules if key != "gear_pair.type"]
+
+    def numbers_of(pair: tuple[Scene, str, str]) -> st.SearchStrategy[tuple[Scene, str, float]]:
+        ends = [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", pair[2])]
+        near = [end + step for end in ends for step in (0.0, 1e-9, -1e-9, 1.0, -1.0)]
+        return st.sampled_from([*near, 0.0, 5e-324, 1e-300, 1e-9, 1e9, 1e300, -1.0]).map(lambda x: (*pair[:2], x))
+
+    return st.sampled_from(pairs).flatmap(numbers_of)
+
+
+@settings(max_examples=200)
+@given(_extremes())
+def test_numbers_at_and_beyond_the_ends_of_ranges_give_a_scene_or_limits_that_are_numbers(
+    case: tuple[Scene, str, float],
+) -> None:
+    scene, key, value = case
+    try:
+        changed = scene.replace({key: value})
+    except SceneError as error:
+        assert all(problem.field and problem.allowed for problem in error.problems)
+        assert not re.search(r"\b(nan|inf) (mm|um|deg)", str(error)), error
+    else:
+        assert parse_scene(changed.to_toml()).to_dict() == changed.to_dict()
+        assert str(sw.plan(changed))
 
 
 @given(placements())

@@ -296,7 +296,7 @@ def test_quantities_that_no_result_of_the_scene_has_are_told_before_anything_run
     with pytest.raises(sw.SceneError) as caught:
         sw.optimise(scene, {PINION: (0, 60)}, minimise=quantity, subject_to={quantity: "<= 1"}, workers=0)
     assert [one.field for one in caught.value.problems] == ["minimise", f"subject_to.{quantity}"]
-    assert all(one.fix == f"give the scene {needed}" for one in caught.value.problems)
+    assert all(one.fix == f"its result has no {quantity}: give the scene {needed}" for one in caught.value.problems)
 
 
 def test_what_a_design_brings_is_not_missed(scene: sw.Scene) -> None:
