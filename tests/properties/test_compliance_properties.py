@@ -1,7 +1,5 @@
 """The compliance that load sharing solves with is positive definite, also where that of the teeth alone is not."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

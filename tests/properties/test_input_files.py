@@ -1,7 +1,5 @@
 """Whatever a file holds that a scene names, there is a scene or an error that names the field and a way out."""
 
-from __future__ import annotations
-
 import copy
 from pathlib import Path
 from typing import Any

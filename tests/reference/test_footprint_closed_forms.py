@@ -1,7 +1,5 @@
 """Footprints and what they leave on a flank, where both are known: parabolas, edges, loads that move on evenly."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi, sqrt
 

@@ -1,7 +1,5 @@
 """Files that scenes name, as users and disks spoil them: bytes of text and netCDF, and netCDF of another content."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

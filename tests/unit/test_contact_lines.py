@@ -1,7 +1,5 @@
 """Contact lines: what they keep about their places is what geometry says there, at borders of the flanks as well."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parts of an inference against closed forms: shapes, errors of runs left out, what an emulator's error makes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 

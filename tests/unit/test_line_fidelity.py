@@ -1,7 +1,5 @@
 """Parts of the fidelity `line`, solvers made up: pressed edges, pressures, and what load sharing is given."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Statistics of samples that are given: wider by errors of emulated ones, from the first ones, of a paired study."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import numpy as np
