@@ -12,6 +12,7 @@ Wear steps look after themselves (`semiwear.wear.adaptive`), but for coarse runs
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,6 +32,7 @@ __all__ = ["ROUNDS", "round_checkpoint", "simulate"]
 
 ROUNDS = 3  # final runs at most
 _SHARE = 0.85  # of an asked accuracy for the resolution; as squares it leaves half of it for the wear steps
+_PEAKS, _MOST_PEAKS = 8.0, 10_000  # positions that may miss a peak by half of an accuracy, times that (192: 2.2 %)
 _PILOT_STATES = 4  # worn states of a coarse run
 
 
@@ -99,6 +101,9 @@ def simulate(
     if scene.numerics.accuracy is None or scene.wear is None:
         return simulate_as_given(scene, progress=progress, checkpoint=checkpoint, resume=resume)
     require_checkpoint(checkpoint, resume)  # before the coarse runs
+    if scene.numerics.peak_positions is None:
+        count = min(math.ceil(_PEAKS / scene.numerics.accuracy), _MOST_PEAKS)
+        scene = scene.replace({"numerics.peak_positions": count})
     return _Search(scene, progress or NoProgress()).run(checkpoint, resume)
 
 

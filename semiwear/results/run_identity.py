@@ -23,7 +23,12 @@ _MODULES = ("simulate.py", "life.py", "collect.py", "threads.py")  # ... and how
 _COMMENTS = re.compile(rb"^[ \t]*#.*\n|[ \t]+#[^'\"\n]*$", re.MULTILINE)
 _LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
 _SCENE = "scene"
-_UNTOUCHED = ("title", "reference", "numerics.threads")  # fields that no wear step depends on
+_UNTOUCHED = (
+    "title",
+    "reference",
+    "numerics.threads",
+    "numerics.peak_positions",
+)  # fields that no wear step depends on
 _DEPTHS = "wear.until.control_depths_um"
 _ITERATIONS = "numerics.max_iterations"
 _MOST_SHOWN = 8
