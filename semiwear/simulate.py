@@ -17,6 +17,7 @@ from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import SlicePressures
+from semiwear.error_peaks import error_amplitude
 from semiwear.errors import ConvergenceError, EndlessWearError, SceneError
 from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Compared, Plan, plan
@@ -296,6 +297,10 @@ def _parts(
         engagement, once = collect.observed(teeth, contact, pressure, observers, physics.clock)
         part["engagement"] |= engagement
         part["history"] |= once
+        if physics.scene.numerics.peak_positions is not None:
+            part["history"]["transmission_error_amplitude"] = np.asarray(
+                error_amplitude(physics, stepper.teeth, contact)
+            )
         if point is not None:
             watched = stepper.depth_at(point, point.wear(Worn(contact.wear, contact.driving_wear)))
             part["history"]["wear_depth_control_point"] = np.asarray(1e3 * watched)

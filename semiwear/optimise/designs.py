@@ -22,6 +22,8 @@ from semiwear.sweep.scenes import Task
 COARSE, OWN, DOUBLED = RESOLUTIONS = ("coarse", "own", "doubled")
 """Resolutions of a design: that of the search, the scene's own, and twice that."""
 
+_PEAKED = "/history/transmission_error_amplitude"
+_PEAK_POSITIONS, _MOST_PEAKS = 192, 10_000  # of [numerics]
 _GRID = tuple(parameter for parameter in PARAMETERS if parameter.name != "harmonics")
 
 
@@ -142,7 +144,8 @@ class Designs:
         SceneError
             The design is no legal scene.
         """
-        return at_resolution(self.scene.replace(self.space.changes(place)), resolution)
+        peaks = _PEAKED in self._measure.variables
+        return at_resolution(self.scene.replace(self.space.changes(place)), resolution, peaks=peaks)
 
     def violation(self, design: Design, bounds: FloatArray) -> float:
         """Greatest excess over the limits, each over the size of its bound; 0 where all are kept."""
@@ -191,11 +194,18 @@ def size_of(limit: Limit) -> float:
     return abs(limit.bound) if limit.bound else 1.0
 
 
-def at_resolution(scene: Scene, resolution: str) -> Scene:
-    """The scene on another grid: a coarse one of `numerics.accuracy`, its own, or twice that, as far as it can be."""
+def at_resolution(scene: Scene, resolution: str, *, peaks: bool = False) -> Scene:
+    """The scene on another grid: a coarse one of `numerics.accuracy`, its own, or twice that, as far as it can be.
+
+    With `peaks` other grids than its own find those of the transmission error between roll positions, too: twice as
+    many positions may miss the same peak.
+    """
     if resolution == OWN:
         return scene
     changes = {}
+    if peaks:
+        count = scene.numerics.peak_positions or _PEAK_POSITIONS
+        changes["numerics.peak_positions"] = count if resolution == COARSE else min(2 * count, _MOST_PEAKS)
     for parameter in _GRID:
         value = int(getattr(scene.numerics, parameter.name))
         new = min(value, parameter.start) if resolution == COARSE else max(min(2 * value, parameter.most), value)

@@ -21,7 +21,8 @@ _MODULES = ("simulate.py", "life.py", "collect.py", "threads.py")  # ... and how
 _COMMENTS = re.compile(rb"^[ \t]*#.*\n|[ \t]+#[^'\"\n]*$", re.MULTILINE)
 _LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
 _SCENE = "scene"
-_WITHOUT_EFFECT = ("title", "reference", "numerics.threads")  # fields that no wear step depends on
+# fields that no wear step depends on
+_WITHOUT_EFFECT = ("title", "reference", "numerics.threads", "numerics.peak_positions")
 _DEPTHS = "wear.until.control_depths_um"
 _ITERATIONS = "numerics.max_iterations"
 _MOST_SHOWN = 8

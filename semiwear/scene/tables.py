@@ -249,6 +249,13 @@ class Numerics:
     roll_positions: int = declared(
         between(whole, 8, 10_000, "24 is usual"), "Roll positions per mesh cycle.", default=24
     )
+    peak_positions: int | None = declared(
+        between(whole, 8, 10_000, "192 is usual"),
+        "Roll positions per mesh cycle for the amplitude of the transmission error alone: where it may have a peak, "
+        "positions as near to one another as these are solved. Left out: only `roll_positions`, between which peaks "
+        "may lie; where an accuracy is asked for, as many as that takes.",
+        default=None,
+    )
     face_slices: int = declared(
         between(whole, 7, 10_000, "61 is usual"),
         "Slices along the face; some of their borders lie where the roundings of its ends begin.",

@@ -213,7 +213,7 @@ def geometry_of(scene: Scene) -> tuple[str, str]:
     return _of(teeth), _of({**teeth, **lines})
 
 
-_NO_GRID = ("wear_scheme", "wear_steps", "max_iterations", "threads", "accuracy")
+_NO_GRID = ("wear_scheme", "wear_steps", "max_iterations", "threads", "accuracy", "peak_positions")
 
 
 def _of(data: Table) -> str:

@@ -18,5 +18,5 @@ def settled(scene: Scene) -> Scene:
     if scene.numerics.accuracy is None:
         return scene
     chosen = parse_scene(simulate(scene).attrs["scene_toml"]).numerics
-    names = [name for name in scene.numerics.chosen_for_accuracy if name != "wear_steps"]
+    names = [name for name in scene.numerics.chosen_for_accuracy if name != "wear_steps"] + ["peak_positions"]
     return scene.replace({f"numerics.{name}": getattr(chosen, name) for name in names} | {"numerics.accuracy": None})

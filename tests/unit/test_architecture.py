@@ -31,7 +31,7 @@ LAYERS = (
     ("ratings",),
     ("results", "check", "effect_clock", "observers"),
     ("plan", "collect"),
-    ("life",),
+    ("life", "error_peaks"),
     ("simulate",),
     ("analyses", "citing", "screen_ratings", "loading", "measured_load", "rexs"),
     ("screen",),
