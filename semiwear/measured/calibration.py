@@ -333,7 +333,7 @@ def calibrate(
 
 
 def _taken_for_fresh(scene: Scene, body: str) -> str:
-    """What flanks are taken to have been before they were worn, where no measurement says."""
+    """Assumed state of flanks before wear, where it was not measured."""
     table = f"effects.modification.{body}"
     if scene.effects.get(f"modification.{body}") is None:
         return (

@@ -250,7 +250,7 @@ def test_variables_that_are_gone_are_told_and_of_many_the_first_five(tmp_path):
         found = "".join(f"/history/v{k} {k}\n" for k in range(gone, 7))
         names = ", ".join(f"/history/v{k}" for k in range(5))
         with pytest.warns(UserWarning, match=f"worn.nc: {names}{others} changed after"):
-            files._tell_changes(tmp_path / "worn.nc", kept, found)
+            files._warn_of_changes(tmp_path / "worn.nc", kept, found)
 
 
 def test_versions_are_compared_as_numbers(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 
 import semiwear as sw
 from semiwear.errors import ConvergenceError, EndlessWearError
-from semiwear.life import _life_along, _Told, _under, _Way, _zero_of, find_life, step_lengths_to
+from semiwear.life import _Counter, _life_along, _Path, _under, _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import Compared, Plan, plan
 from semiwear.wear.step_count import life_steps_for_depth, steps_of_life
@@ -109,8 +109,8 @@ def test_wear_that_slows_down_or_speeds_up_has_the_life_at_which_it_reaches_the_
 @pytest.mark.parametrize("more", [0.01, 0.2])  # what is missed is made good by the wear rate, or searched for
 def test_another_torque_has_the_life_at_which_it_reaches_the_limit(made, more):
     """Wear in proportion to the torque, after something more at the beginning."""
-    way, rate = _Way([1e7, 2e7], 2e-9, []), 1.05 * 2e-9
-    found = _life_along(made(lambda n: more * 0.06 + rate * n), DRIVEN, 0.06, way, 1.05, _Told(None, 0, ""))
+    path, rate = _Path([1e7, 2e7], 2e-9, []), 1.05 * 2e-9
+    found = _life_along(made(lambda n: more * 0.06 + rate * n), DRIVEN, 0.06, path, 1.05, _Counter(None, 0, ""))
     assert found == pytest.approx((1.0 - more) * 0.06 / rate, rel=1e-4)
 
 
