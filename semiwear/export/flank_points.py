@@ -1,4 +1,4 @@
-"""A scene's own flanks as files of points: `export_flank`."""
+"""Flanks of a scene as files of points: `export_flank`."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def export_flank(
 ) -> None:
     """Write the loaded flank of a scene's pinion or gear as a grid of points, with normals and tooth sections.
 
-    The file is what ``gear_pair.type = "flank_points"`` reads (`semiwear.geometry.point_grid`). Its attributes tell
-    what such a scene needs besides: `axis_point_mm` and `axis_direction` in the fixed frame, `rotation`, `teeth`, and
-    the edge radii. Where `operation.loaded_flank` is ``"coast"``, they are the coast flanks with both rotations
-    turned, and a scene that reads them drives on them. Flank modifications and misalignment are effects of the scene,
-    not part of its flanks: a scene that reads the points names them again.
+    The file is an input of ``gear_pair.type = "flank_points"`` (`semiwear.geometry.point_grid`). Its attributes hold
+    the further input of such a scene: `axis_point_mm` and `axis_direction` in the fixed frame, `rotation`, `teeth`,
+    and the edge radii. If `operation.loaded_flank` is ``"coast"``, the coast flanks are written with both rotations
+    reversed, and a scene that reads them drives on them. Flank modifications and misalignment are effects of the
+    scene, not part of its flanks: a scene that reads the points must state them again.
 
     Parameters
     ----------
@@ -44,13 +44,13 @@ def export_flank(
     body : str
         ``"pinion"`` or ``"gear"``.
     path : path
-        A .nc file; or .csv, which holds points and normals alone. An existing file is replaced.
+        A .nc file; or a .csv file, which holds points and normals only. An existing file is replaced.
     points : (int, int)
         Rows from root to tip and columns along the tooth; at least 9 each.
     worn : DataTree, optional
-        A result of `simulate` for this scene: what is worn off goes off along the normal. Default: unworn.
+        A result of `simulate` for this scene, whose wear is removed along the normal. Default: unworn.
     wear_step : int
-        Which of its wear steps. Default: the last.
+        Index of its wear step. Default: the last.
 
     Raises
     ------
@@ -78,12 +78,12 @@ def export_flank(
     low, high = borders.driving_face if index == DRIVING else borders.face
     face = np.linspace(low, high, columns)
     root, tip = flank_ends(pair, index, face)
-    share = np.linspace(0.0, 1.0, rows)[:, None]
-    profile = root + (tip - root) * share
+    fraction = np.linspace(0.0, 1.0, rows)[:, None]
+    profile = root + (tip - root) * fraction
     flank, normals = loaded.points(face[None], profile)
     if worn is not None:
         depth = _depth(pair, index, worn, wear_step, face, profile)
-        flank, normals = _worn_off(flank, normals, depth)
+        flank, normals = _with_wear(flank, normals, depth)
     axis, prism = loaded.axis, pair.prism_body(index)
     edges = {
         "tip_edge_radius_mm": (borders.driving_tip_edge_radius, borders.tip_edge_radius)[index],
@@ -119,19 +119,19 @@ def _placed(pair: FlankPair, body: int, face: float, section: ToothSection, rows
     return PlacedSection(face, ToothSection(section.flank, row, section.fillet, section.rim))
 
 
-def _worn_off(flank: FloatArray, normals: FloatArray, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points that lie deeper along the normals, and the normals there: wear tilts a flank by some arc minutes.
+def _with_wear(flank: FloatArray, normals: FloatArray, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points displaced by the wear along the normals, and the normals there: wear tilts a flank by some arc minutes.
 
-    With the tangents of the unworn flank taken in its exact tangent plane, only the slope of the wear is a
-    difference of neighbouring points.
+    The tangents of the unworn flank are projected on its exact tangent plane, so that finite differences are used
+    only for the slope of the wear.
     """
     worn = flank - depth[..., None] * normals
-    along = []
+    tangents = []
     for axis in (0, 1):
         tangent = np.gradient(worn, axis=axis, edge_order=2)
         tangent = tangent - np.sum(tangent * normals, axis=-1, keepdims=True) * normals
-        along.append(tangent - np.gradient(depth, axis=axis, edge_order=2)[..., None] * normals)
-    tilted = np.cross(*along)
+        tangents.append(tangent - np.gradient(depth, axis=axis, edge_order=2)[..., None] * normals)
+    tilted = np.cross(*tangents)
     tilted *= np.sign(np.sum(tilted * normals, axis=-1, keepdims=True))
     return worn, tilted / np.linalg.norm(tilted, axis=-1, keepdims=True)
 
@@ -139,9 +139,9 @@ def _worn_off(flank: FloatArray, normals: FloatArray, depth: FloatArray) -> tupl
 def _depth(
     pair: FlankPair, body: int, worn: xr.DataTree, wear_step: int, face: FloatArray, profile: FloatArray
 ) -> FloatArray:
-    """Wear depth at places of a flank, (rows, columns) [mm].
+    """Wear depth at points of a flank, (rows, columns) [mm].
 
-    Beyond the outermost nodes it is as at them, but nothing from where the mate no longer touches.
+    Constant beyond the outermost nodes, but zero where the mate does not touch.
     """
     flank = group_of(worn, "flank")
     if "wear_depth" not in flank:
@@ -152,14 +152,14 @@ def _depth(
     if not depth.any():  # a body that does not wear has other nodes
         return np.zeros(profile.shape)
     stations = flank["face"].values
-    told = flank["flank_height"].isel(body=body).transpose("face", "profile").values
-    nodes = nodes_on(pair, body, stations, told)
+    height = flank["flank_height"].isel(body=body).transpose("face", "profile").values
+    nodes = nodes_on(pair, body, stations, height)
     root, tip = flank_ends(pair, body, stations)
-    share = (nodes - root[:, None]) / (tip - root)[:, None]
-    own_root, own_tip = flank_ends(pair, body, face)
-    wanted = (profile - own_root) / (own_tip - own_root)  # (rows, columns)
+    node_fraction = (nodes - root[:, None]) / (tip - root)[:, None]
+    face_root, face_tip = flank_ends(pair, body, face)
+    fraction = (profile - face_root) / (face_tip - face_root)  # (rows, columns)
     rows = profile.shape[0]
-    on_slices = np.stack([np.interp(wanted[:, 0], share[k], depth[k]) for k in range(stations.size)])
+    on_slices = np.stack([np.interp(fraction[:, 0], node_fraction[k], depth[k]) for k in range(stations.size)])
     below, above = unreached(pair, body, stations)
     if np.isfinite(below):
         stations, on_slices = np.insert(stations, 0, below), np.insert(on_slices, 0, 0.0, axis=0)

@@ -1,4 +1,4 @@
-"""Worn flanks as surfaces, and the part of a flank that is one zone."""
+"""Worn flanks as surfaces, and flank values of a single zone."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from semiwear.plain_text import one_of
 from semiwear.results import VARIABLES
 from semiwear.results.missing import group_of
 
-_PLACES = ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
+_FIELDS = ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
 
 
 def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0) -> Surface:
@@ -26,9 +26,9 @@ def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
     body : str
         ``"pinion"`` or ``"gear"``.
     wear_step : int
-        Whose shape the surface has. Default: the last.
+        Wear step of the shape. Default: the last.
     exaggeration : float
-        By which the wear is multiplied in the shape (1: to scale); the fields are never.
+        Factor on the wear in the shape (1: to scale), but not in the fields.
 
     Returns
     -------
@@ -36,12 +36,12 @@ def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
         The nodes of the result, from the root to the tip and from the middle of the first slice to that of the last,
         in the body's own frame (z is its axis). Fields: `wear_depth` of this step, `wear_depth_step_k` of all [um],
         `flank_height` and `flank_radius` [mm], `zone`, `active`, `specific_sliding`; `contact_pattern` [MPa] of the
-        gear where the result has it.
+        gear if the result has it.
 
     Raises
     ------
     SceneError
-        For an unknown body or wear step, or a result without maps of wear.
+        For an unknown body or wear step, or a result without wear depths.
     """
     nodes = flank_nodes(tree, body)
     step = chosen_step(len(nodes.depth), wear_step)
@@ -55,7 +55,7 @@ def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
     data = group_of(tree, "flank")
     fields = step_fields(1e3 * nodes.depth.reshape(len(nodes.depth), -1), step)
     index = BODIES.index(body)
-    for name in _PLACES:
+    for name in _FIELDS:
         fields[name] = data[name].isel(body=index).transpose("face", "profile").values.ravel().astype(float)
     if body == "gear" and "contact_pattern" in data:
         fields["contact_pattern"] = data["contact_pattern"].isel(wear_step=step).transpose("face", "profile").values
@@ -65,7 +65,7 @@ def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
 
 
 def step_fields(depth: np.ndarray, step: int) -> dict[str, np.ndarray]:
-    """Wear depth (steps, nodes) as fields: of the chosen step, and of every one."""
+    """Wear depth (steps, nodes) as fields: of the chosen step, and of every step."""
     return {"wear_depth": depth[step]} | {f"wear_depth_step_{k}": values for k, values in enumerate(depth)}
 
 
@@ -83,7 +83,7 @@ def in_zone(tree: xr.DataTree, zone: str, body: str = "gear") -> xr.Dataset:
     Returns
     -------
     Dataset
-        What `/flank` holds of the body, over (wear_step, profile, face): ``in_zone(tree, "root").wear_depth.max()``.
+        Variables of the body in `/flank` over (wear_step, profile, face): ``in_zone(tree, "root").wear_depth.max()``.
 
     Raises
     ------
@@ -95,5 +95,5 @@ def in_zone(tree: xr.DataTree, zone: str, body: str = "gear") -> xr.Dataset:
     if body not in BODIES or zone not in zones:
         name, value, allowed = ("body", body, BODIES) if body not in BODIES else ("zone", zone, zones)
         raise SceneError.of(name, value, one_of(allowed))
-    own = data.sel(body=body)
-    return own.where(own["zone"] == zones.index(zone))
+    of_body = data.sel(body=body)
+    return of_body.where(of_body["zone"] == zones.index(zone))

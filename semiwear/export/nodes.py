@@ -1,4 +1,4 @@
-"""The nodes of a result's flanks: where on the surfaces of the scene its maps of wear lie."""
+"""Nodes of a result's wear depths on the flanks of its scene."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def scene_of(tree: xr.DataTree) -> Scene:
     Raises
     ------
     SceneError
-        Where the result holds none, or one that this version does not read.
+        If the result has no scene, or one that this version cannot read.
     """
     text = tree.attrs.get("scene_toml")
     if not isinstance(text, str):
@@ -54,12 +54,12 @@ def scene_of(tree: xr.DataTree) -> Scene:
 
 
 def chosen_step(steps: int, wear_step: int) -> int:
-    """Index of a wear step, counted from the end where it is negative.
+    """Index of a wear step; negative values count from the end.
 
     Raises
     ------
     SceneError
-        For one that the result does not have.
+        For a wear step that the result does not have.
     """
     if not -steps <= wear_step < steps:
         raise SceneError.of("wear_step", wear_step, f"a wear step of the result, below {steps}", "-1 is the last")
@@ -72,7 +72,7 @@ def flank_nodes(tree: xr.DataTree, body: str) -> FlankNodes:
     Raises
     ------
     SceneError
-        For an unknown body, or a result without maps of wear.
+        For an unknown body, or a result without wear depths.
     """
     if body not in BODIES:
         raise SceneError.of("body", body, one_of(BODIES))
@@ -81,29 +81,29 @@ def flank_nodes(tree: xr.DataTree, body: str) -> FlankNodes:
         raise SceneError.of("tree", "a tree without /flank/wear_depth", "a result of simulate", "simulate the scene")
     flank, face = nominal_flank(scene_of(tree), body), data["face"].values
     index = BODIES.index(body)
-    told = data["flank_height"].isel(body=index).transpose("face", "profile").values
+    height = data["flank_height"].isel(body=index).transpose("face", "profile").values
     depth = data["wear_depth"].isel(body=index).transpose("wear_step", "face", "profile").values
-    return FlankNodes(flank, face, nodes_on(flank.pair, index, face, told), _UM * depth)
+    return FlankNodes(flank, face, nodes_on(flank.pair, index, face, height), _UM * depth)
 
 
 def nodes_on(pair: FlankPair, body: int, face: FloatArray, height: FloatArray) -> FloatArray:
-    """Profile coordinates of a result's nodes, (face, profile) [mm], told by their heights above the pitch surface.
+    """Profile coordinates of a result's nodes from their heights above the pitch surface, (face, profile) [mm].
 
     Raises
     ------
     SceneError
-        Where the heights are those of another scene.
+        If the heights are those of another scene.
     """
     points = height.shape[1]
     borders = pair.borders(face)
     even = np.linspace(borders.driving_root, borders.driving_tip, points)
     if body == DRIVEN:
         candidates = [flank_grid(pair, face, points).profile]
-    else:  # a pinion that does not wear has even nodes
+    else:  # a pinion that does not wear has equidistant nodes
         candidates = [driving_grid(pair, face, points).profile, np.broadcast_to(even, height.shape)]
     for nodes in candidates:
-        own = pair.flank_place(body, face[:, None], nodes)[0]
-        if np.abs(own - height).max() <= 1e-6 * np.ptp(height):
+        candidate_height = pair.flank_place(body, face[:, None], nodes)[0]
+        if np.abs(candidate_height - height).max() <= 1e-6 * np.ptp(height):
             return np.asarray(nodes)
     fix = "give the scene that the result was computed with"
     raise SceneError.of("worn", "a result of another scene", "a result of this scene", fix)

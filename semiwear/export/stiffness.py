@@ -2,12 +2,12 @@ r"""Mesh stiffness and transmission error of worn teeth over a mesh cycle, for m
 
 Two stiffnesses, both along the line of action, of all tooth pairs together:
 
-    mean    F / delta: load over the approach that it causes; with the unloaded transmission error e as displacement
-            excitation, F = k (e - x) gives back the loaded transmission error x at the torque of the scene; both are
-            positive where the gear leads, and load makes it lag.
-    local   dF / ddelta at the torque of the scene: that of small vibrations about it, by a central difference of 1 %
-            of the torque. Worn or relieved flanks meet more and more of each other under load, so that the local
-            stiffness is the greater of the two.
+    mean    F / delta: load over the approach under this load; with the unloaded transmission error e as displacement
+            excitation, F = k (e - x) gives the loaded transmission error x at the torque of the scene. Both errors
+            are positive if the gear leads; load makes it lag.
+    local   dF / ddelta at the torque of the scene, for small vibrations about this load, by a central difference of
+            1 % of the torque. The contact of worn or relieved flanks grows with load, so that the local stiffness
+            is the greater of the two.
 
 Sources: ISO 6336-1:2019, 9 (mesh stiffness); Kahraman and Singh, J. Sound Vib. 142 (1990) 49-75 (k and e as
 parametric and displacement excitation); Umezawa, Suzuki and Sato, Bull. JSME 29 (1986) 1605-1611 (k over a cycle).
@@ -48,9 +48,9 @@ def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
     Parameters
     ----------
     tree : DataTree
-        A result of `simulate`; without `local` one of `loaded_contact` as well, finite elements included.
+        A result of `simulate`; without `local` also one of `loaded_contact`, finite elements included.
     local : bool
-        Whether to give the local stiffness too, for which every wear step is loaded twice more.
+        Whether to add the local stiffness, which needs two more solutions of every wear step.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
     Raises
     ------
     SceneError
-        For a result without transmission error, or without the maps of wear that a local stiffness needs.
+        For a result without transmission error, or without the wear depths that a local stiffness needs.
     """
     cycle = group_of(tree, "mesh_cycle")
     if "transmission_error_loaded" not in cycle:
@@ -100,29 +100,29 @@ def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
 def stiffness_over_angle(
     found: xr.Dataset, wear_step: int = -1, *, of: str = "mesh_stiffness"
 ) -> Callable[[ArrayLike], FloatArray]:
-    """k(theta) of a worn pair: a periodic function of the pinion's rotation [rad], linear between mesh positions.
+    """Stiffness k(theta) of a worn pair: periodic in the pinion's rotation [rad], linear between mesh positions.
 
     Parameters
     ----------
     found : Dataset
-        Of `mesh_stiffness`, or one wear step of it.
+        Result of `mesh_stiffness`, or one wear step of it.
     wear_step : int
-        Default: the last, or the only one.
+        Default: the last.
     of : str
         Another of its variables, such as ``"torsional_mesh_stiffness"`` or ``"transmission_error_unloaded"``.
 
     Raises
     ------
     SceneError
-        For a wear step or a variable that it does not have.
+        For a wear step or a variable that the dataset does not have.
     """
     if of not in found:
         raise SceneError.of("of", of, ", ".join(map(str, found.data_vars)), "mesh_stiffness(tree, local=True)")
-    one = found[of].expand_dims("wear_step") if "wear_step" not in found.dims else found[of]
-    step = chosen_step(one.sizes["wear_step"], wear_step)
+    array = found[of].expand_dims("wear_step") if "wear_step" not in found.dims else found[of]
+    step = chosen_step(array.sizes["wear_step"], wear_step)
     angle = np.radians(found["pinion_angle"].values)
     period = 2.0 * pi / int(found.attrs["pinion_teeth"])
-    values = one.isel(wear_step=step).values
+    values = array.isel(wear_step=step).values
 
     def over_angle(theta: ArrayLike) -> FloatArray:
         return np.asarray(np.interp(np.asarray(theta, float), angle, values, period=period))
@@ -136,7 +136,7 @@ def _attrs(name: str) -> dict[str, str]:
 
 
 def _local(tree: xr.DataTree, mesh_positions: FloatArray) -> FloatArray:
-    """Torque over rotation of the pinion about the scene's torque, (wear_step, mesh_position) [N mm/rad]."""
+    """Derivative of torque by pinion rotation at the scene's torque, (wear_step, mesh_position) [N mm/rad]."""
     contact = WornContact.of(tree, mesh_positions)
     order = np.argsort(contact.teeth.rolls.mesh_position)
     rows = []

@@ -1,4 +1,4 @@
-"""A surface or a solid as points and cells with values at the points: what is written for viewers."""
+"""Surfaces as points and facets with values at the points, written for viewers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SERIES = """\
 
 @dataclass(frozen=True)
 class Surface:
-    """Points in a body's own frame (its axis is z), cells, and values at the points.
+    """Points in a body's own frame (its axis is z), facets, and values at the points.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ def grid_of_quads(rows: int, columns: int) -> IntArray:
 
 
 def write_surface(target: Path, surface: Surface) -> None:
-    """Write a surface as .vtu (with its fields) or as .stl (facets alone, in millimetres).
+    """Write a surface as .vtu (with its fields) or as .stl (facets only, in millimetres).
 
     Raises
     ------
@@ -62,7 +62,7 @@ def write_surface(target: Path, surface: Surface) -> None:
     except ImportError as error:
         raise MissingExtraError("meshio", "view", "a file for viewers") from error
     stl = target.suffix.casefold() == ".stl"
-    if stl:  # knows triangles alone
+    if stl:  # only triangles
         cells = [("triangle", np.concatenate([surface.quads[:, split] for split in _SPLIT["quad"]]))]
         fields = {}
     else:
@@ -78,13 +78,13 @@ def write_surface(target: Path, surface: Surface) -> None:
 
 
 def write_series(target: Path, surfaces: Mapping[float, Surface]) -> None:
-    """Write surfaces over meshes as a .pvd file, which names a .vtu file of each in a folder of that name."""
+    """Write surfaces over meshes as a .pvd file, and a .vtu file of each in a folder of the same name."""
     folder = target.with_suffix("")
     folder.mkdir(exist_ok=True)
     lines = []
     for k, (meshes, surface) in enumerate(surfaces.items()):
-        one = folder / f"{k:04d}.vtu"
-        write_surface(one, surface)
-        lines.append(f'    <DataSet timestep="{meshes!r}" file="{folder.name}/{one.name}"/>')
+        file = folder / f"{k:04d}.vtu"
+        write_surface(file, surface)
+        lines.append(f'    <DataSet timestep="{meshes!r}" file="{folder.name}/{file.name}"/>')
     with replacing(target) as part:
         part.write_text(_SERIES.format("\n".join(lines)), encoding="utf-8")

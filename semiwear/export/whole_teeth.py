@@ -1,6 +1,6 @@
-"""Whole worn teeth, and worn bodies under the load of their contact as input decks: from meshes of `fem_reference`.
+"""Whole worn teeth, and input decks of worn bodies under the load of their contact, with meshes of `fem_reference`.
 
-The one place of semiwear that knows `fem_reference`: it takes meshes from there, never a physical answer.
+This is the only module of semiwear that imports `fem_reference`, and only for meshes, never for physical results.
 """
 
 from __future__ import annotations
@@ -27,42 +27,43 @@ if TYPE_CHECKING:
     from fem_reference.tooth_mesh import Divisions
     from fem_reference.worn_meshes import FlankLoad, FlankWear, WornBody
 
-_LOADED = 1e-6  # of the greatest force: less is none
-_PER_MODULE = 0.5  # length of an element along the face
-_TEETH = 5  # of a face gear pair's bodies
+_LOADED = 1e-6  # of the greatest force: smaller forces are left out
+_PER_MODULE = 0.5  # length of an element along the face over the module
+_TEETH = 5  # in the mesh of a face gear pair's bodies
 
 
 def worn_tooth(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0) -> Surface:
-    """A whole worn tooth with the rim below it as a closed surface, with the wear of every step as fields.
+    """A whole worn tooth with its rim as a closed surface, with the wear of every step as fields.
 
     Parameters
     ----------
     tree : DataTree
-        A result of `simulate` for a face gear pair or a cylindrical one.
+        A result of `simulate` for a face gear pair or a cylindrical pair.
     body : str
         ``"pinion"`` or ``"gear"``.
     wear_step : int
-        Whose shape the tooth has. Default: the last.
+        Wear step of the shape. Default: the last.
     exaggeration : float
-        By which the wear is multiplied in the shape; the fields are never.
+        Factor on the wear in the shape, but not in the fields.
 
     Returns
     -------
     Surface
-        In the body's own frame (z is its axis). Fields: `wear_depth` and `wear_depth_step_k` [um]; 0 off the flank.
+        In the body's own frame (z is its axis). Fields: `wear_depth` and `wear_depth_step_k` [um]; 0 outside the
+        flank.
 
     Raises
     ------
     SceneError
-        For an unknown body or wear step, a result without maps of wear, flanks given as points, or so much
-        exaggeration that the tooth is folded.
+        For an unknown body or wear step, a result without wear depths, flanks given as points, or an exaggeration
+        that folds the tooth.
     """
     from fem_reference.tooth_mesh import Divisions
     from fem_reference.worn_meshes import MeshError, worn_body
 
     scene, nodes = _meshed(tree), flank_nodes(tree, body)
     step = chosen_step(len(nodes.depth), wear_step)
-    # facets so fine that what they cut off is less than the wear
+    # facets so fine that their error of shape is less than the wear
     fine = Divisions(64, 16, land=1, across=3, depth=3, face_size=0.5 * _PER_MODULE * _module(scene))
     shapes = [_wear_of(nodes, factor * nodes.depth[step]) for factor in (exaggeration, 0.0)]
     try:
@@ -70,14 +71,14 @@ def worn_tooth(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
     except MeshError as error:
         if exaggeration == 1.0:
             raise
-        raise SceneError.of("exaggeration", exaggeration, "less: so much wear folds the tooth", str(error)) from error
+        raise SceneError.of("exaggeration", exaggeration, "less: such wear folds the tooth", str(error)) from error
     skin = found.skin()
     used, quads = np.unique(skin, return_inverse=True)
     rotation, shift = _into_own_frame(unworn, nodes)
     quads = quads.reshape(skin.shape)
     if np.linalg.det(rotation) < 0.0:  # the coast flank is a mirror image
         quads = quads[:, ::-1]
-    depth = np.stack([1e3 * found.nodal_depth(_wear_of(nodes, one))[used] for one in nodes.depth])
+    depth = np.stack([1e3 * found.nodal_depth(_wear_of(nodes, step_depth))[used] for step_depth in nodes.depth])
     fields = step_fields(depth, step)
     points = found.body.points[used] @ rotation.T + shift
     return Surface(points, quads, fields, dict.fromkeys(fields, "um"))
@@ -86,7 +87,7 @@ def worn_tooth(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
 def write_input_deck(
     tree: xr.DataTree, target: Path, body: str, wear_step: int, roll_position: float | None, teeth: int | None
 ) -> None:
-    """Write a worn body under the load of its contact, as `export` says."""
+    """Write the input deck of a worn body under the load of its contact; parameters as in `export`."""
     from fem_reference.worn_meshes import worn_body
 
     scene, nodes = _meshed(tree), flank_nodes(tree, body)
@@ -97,8 +98,8 @@ def write_input_deck(
     loads = contact_loads(tree, body, step, roll)
     farthest = max((abs(load.tooth) for load in loads), default=0)
     if teeth is not None and (teeth - 1) // 2 < farthest:
-        allowed = f"{2 * farthest + 1} or more: teeth beside the middle one bear load"
-        raise SceneError.of("teeth", teeth, allowed, "leave it out for the usual number")
+        allowed = f"{2 * farthest + 1} or more: teeth beside the middle tooth bear load"
+        raise SceneError.of("teeth", teeth, allowed, "leave it out for the default number")
     wear = _wear_of(nodes, nodes.depth[step])
     found = worn_body(scene, body, wear, teeth=count, divisions=deck_divisions(scene))
     title = f"semiwear: {body} of {scene.title or 'a pair'}, wear step {step}, roll position {roll:.4g}"
@@ -107,7 +108,7 @@ def write_input_deck(
 
 
 def deck_divisions(scene: Scene) -> Divisions:
-    """Elements of the loaded tooth of an input deck: root stress to some 2 %."""
+    """Elements of the loaded tooth of an input deck, for an error of the root stress of about 2 %."""
     from fem_reference.tooth_mesh import Divisions
 
     cylindrical = isinstance(scene.gear_pair, CylindricalPair)
@@ -127,11 +128,11 @@ def contact_loads(tree: xr.DataTree, body: str, wear_step: int, roll_position: f
     loads = []
     for k, roll in enumerate(lines.roll):
         on = force[k] > _LOADED * force.max()
-        # pair j is pinion tooth j on gear tooth -j; it is j pitches ahead of the observed one
+        # pair j, pinion tooth j on gear tooth -j, is j pitches ahead of the pair at the roll position
         ahead = round(float(roll) - roll_position)
-        place = lines.driving_face[k] if body == "pinion" else face
+        at_face = lines.driving_face[k] if body == "pinion" else face
         if on.any():
-            loads.append(FlankLoad(ahead if body == "pinion" else -ahead, place[on], profile[k, on], force[k, on]))
+            loads.append(FlankLoad(ahead if body == "pinion" else -ahead, at_face[on], profile[k, on], force[k, on]))
     return loads
 
 
@@ -152,42 +153,42 @@ def _module(scene: Scene) -> float:
 
 
 def _wear_of(nodes: FlankNodes, depth: FloatArray) -> FlankWear:
-    """Wear that falls to nothing over the last half slice where the body goes on beyond its mate."""
+    """Wear of the flank; where the body is wider than its mate, it falls to zero over the last half slice."""
     from fem_reference.worn_meshes import flank_wear
 
     face, profile = nodes.face, nodes.profile
-    for end, place in zip((0, -1), unreached(nodes.flank.pair, nodes.flank.body, nodes.face), strict=True):
-        if np.isfinite(place):
+    for end, border in zip((0, -1), unreached(nodes.flank.pair, nodes.flank.body, nodes.face), strict=True):
+        if np.isfinite(border):
             at = 0 if end == 0 else len(face)
-            face, depth = np.insert(face, at, place), np.insert(depth, at, 0.0, axis=0)
-            # the lines of the grid go straight on: half a slice, beside the whole one before it
-            beside = nodes.profile[1] if end == 0 else nodes.profile[-2]
-            profile = np.insert(profile, at, 1.5 * nodes.profile[end] - 0.5 * beside, axis=0)
+            face, depth = np.insert(face, at, border), np.insert(depth, at, 0.0, axis=0)
+            # linear extrapolation of the grid by half a slice
+            neighbour = nodes.profile[1] if end == 0 else nodes.profile[-2]
+            profile = np.insert(profile, at, 1.5 * nodes.profile[end] - 0.5 * neighbour, axis=0)
     return flank_wear(face, profile.T, depth.T)
 
 
 def _into_own_frame(unworn: WornBody, nodes: FlankNodes) -> tuple[FloatArray, FloatArray]:
-    """Rotation (mirroring for a coast flank) and shift from the mesh's frame to the body's own one.
+    """Rotation (mirroring for a coast flank) and shift from the frame of the mesh to the body's own frame.
 
-    The flank coordinates are the same, so that the points of a flank in both frames tell it (Kabsch 1976).
+    Found from the points of a flank with the same flank coordinates in both frames (Kabsch 1976).
     """
     flank = unworn.mesh.flanks[0, 0]
     own, _ = nodes.flank.points(np.broadcast_to(flank.face, flank.profile.shape), flank.profile)
-    here, there = flank.points.reshape(-1, 3), own.reshape(-1, 3)
-    left, _, right = np.linalg.svd((here - here.mean(axis=0)).T @ (there - there.mean(axis=0)))
+    in_mesh, in_own = flank.points.reshape(-1, 3), own.reshape(-1, 3)
+    left, _, right = np.linalg.svd((in_mesh - in_mesh.mean(axis=0)).T @ (in_own - in_own.mean(axis=0)))
     rotation = right.T @ left.T
-    return rotation, there.mean(axis=0) - rotation @ here.mean(axis=0)
+    return rotation, in_own.mean(axis=0) - rotation @ in_mesh.mean(axis=0)
 
 
 def _roll_of(tree: xr.DataTree, body: str, step: int, roll_position: float | None) -> float:
-    """The roll position that was asked for, or the one with the body's greatest root stress, else the busiest one."""
+    """The given roll position; default that of the body's greatest root stress, or of the greatest load share."""
     data = group_of(tree, "engagement")
     rolls = data["roll_position"].values
     if roll_position is None:
-        one = data.isel(wear_step=step)
-        told = one["root_stress"].isel(body=BODIES.index(body)) if "root_stress" in one else one["load_share"]
-        return float(rolls[int(np.argmax(told.values))])
+        worn = data.isel(wear_step=step)
+        severity = worn["root_stress"].isel(body=BODIES.index(body)) if "root_stress" in worn else worn["load_share"]
+        return float(rolls[int(np.argmax(severity.values))])
     if not rolls.min() <= roll_position <= rolls.max():
-        allowed = f"{rolls.min():g} to {rolls.max():g}, where the pair may touch"
+        allowed = f"{rolls.min():g} to {rolls.max():g}, where the pair may be in contact"
         raise SceneError.of("roll_position", roll_position, allowed, "0 is the pitch point")
     return float(roll_position)

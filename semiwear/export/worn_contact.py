@@ -1,4 +1,4 @@
-"""Loaded contact on the flanks of a result's wear steps, solved again: what its file does not hold."""
+"""Loaded contact on the worn flanks of a result, solved again for quantities that the result does not contain."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _UM = 1e-3  # mm
 
 @dataclass(frozen=True)
 class WornContact:
-    """The teeth of a result at some mesh positions, to be loaded on the flanks of its wear steps.
+    """Teeth of a result at given mesh positions, to be loaded with the wear of its wear steps.
 
     Attributes
     ----------
@@ -37,12 +37,12 @@ class WornContact:
 
     @classmethod
     def of(cls, tree: xr.DataTree, mesh_positions: FloatArray) -> WornContact:
-        """The teeth of a result at mesh positions.
+        """Teeth of a result at mesh positions.
 
         Raises
         ------
         SceneError
-            For a result without maps of wear, or with those of another grid than its scene's.
+            For a result without wear depths, or with wear depths on another grid than that of its scene.
         """
         data = group_of(tree, "flank")
         if "wear_depth" not in data:
@@ -52,9 +52,7 @@ class WornContact:
         compile_ahead(kernels_of(scene, wears=False), scene.numerics.threads)
         teeth = plan(scene).loaded_teeth(None, mesh_positions, data["face"].values)
         if teeth.grid.profile.shape != depth.shape[2:]:
-            raise SceneError.of(
-                "tree", "maps of wear on another grid", "those of its scene's numerics", "run it anew"
-            )
+            raise SceneError.of("tree", "wear depths on another grid", "those of its scene's numerics", "run it anew")
         return cls(scene, teeth, depth)
 
     def load(self, step: int, torque_factor: float = 1.0) -> LoadedState:

@@ -1,4 +1,4 @@
-"""One function for all formats: the ending of the file's name says which."""
+"""One function for all formats, chosen by the ending of the file's name."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 ENDINGS = (".vtu", ".stl", ".pvd", ".csv", ".xlsx", ".inp")
-"""How the names of exported files end."""
+"""Endings of the names of exported files."""
 
 STIFFNESS = "mesh_stiffness"
 """Table of `mesh_stiffness` over mesh position and wear step."""
 
 _PARTS: dict[str, Callable[..., Surface]] = {"flank": worn_flank, "tooth": worn_tooth}
-_LARGE = ("flank", "line_loads")  # tables that a workbook holds only where they are asked for
+_LARGE = ("flank", "line_loads")  # tables that a workbook holds only on request
 
 
 def export(
@@ -47,42 +47,42 @@ def export(
     roll_position: float | None = None,
     teeth: int | None = None,
 ) -> None:
-    """Write a result for another tool; the ending of the name says for which.
+    """Write a result for another tool, in the format of the name's ending.
 
     * ``.vtu``: a worn flank or tooth with the wear of every step as fields, for ParaView and PyVista; ``.stl``: its
-      facets alone; ``.pvd``: every wear step in its own shape, over meshes (extra ``view``);
-    * ``.csv``: one table; ``.xlsx``: a workbook with a sheet a table (extra ``tables``). Units stand in the headings;
+      facets only; ``.pvd``: every wear step in its own shape, over meshes (extra ``view``);
+    * ``.csv``: one table; ``.xlsx``: a workbook with a sheet for each table (extra ``tables``). Headings hold units;
     * ``.inp``: the body with worn flanks in 20-node elements, held at its bore or back face, under the forces of its
       contact: a deck for CalculiX and Abaqus.
 
     Parameters
     ----------
     tree : DataTree
-        A result of `simulate`; tables are also made of one of `loaded_contact`.
+        A result of `simulate`; for tables also one of `loaded_contact`.
     path : path
         An existing file is replaced.
     body : str
-        Of surfaces and decks: ``"pinion"`` or ``"gear"``.
+        For surfaces and decks: ``"pinion"`` or ``"gear"``.
     wear_step : int
-        Whose shape surfaces and decks have. Default: the last.
+        Wear step of the shape of surfaces and decks. Default: the last.
     part : str
-        Of surfaces: ``"flank"`` (default) or ``"tooth"``, a whole tooth with its fillets and the rim below it.
+        For surfaces: ``"flank"`` (default) or ``"tooth"``, a whole tooth with its fillets and its rim.
     exaggeration : float
-        Of surfaces: by which the wear is multiplied in the shape; the fields are never.
+        For surfaces: factor on the wear in the shape, but not in the fields.
     table : str, optional
         A table of `to_frame`, or ``"mesh_stiffness"``. Default: ``"history"`` for CSV; all but the largest two, and
         no stiffness, for a workbook.
     roll_position : float, optional
-        Of decks: where the contact of the tooth in the middle is. Default: where its root stress is greatest.
+        For decks: roll position of the middle tooth. Default: that of its greatest root stress.
     teeth : int, optional
-        Of decks: teeth in the mesh. Default: 5 of a face gear pair's bodies, all of a cylindrical gear.
+        For decks: teeth in the mesh. Default: 5 for the bodies of a face gear pair, all for a cylindrical gear.
 
     Raises
     ------
     SceneError
         For another ending, an unknown body, part, table, wear step or roll position.
     MissingExtraError
-        Naming the extra to install.
+        With the name of the extra to install.
     """
     problems = [
         Problem(name, value, one_of(allowed), "take one of these")
@@ -122,7 +122,7 @@ def _series(tree: xr.DataTree, body: str, part: str, exaggeration: float) -> dic
 
 
 def _frame(tree: xr.DataTree, table: str) -> pd.DataFrame:
-    """A table of the result, or the mesh stiffness."""
+    """A table of the result, or that of the mesh stiffness."""
     if table != STIFFNESS:
         return to_frame(tree, table)
     found = mesh_stiffness(tree, local="flank" in tree.children)
@@ -133,7 +133,7 @@ def _frame(tree: xr.DataTree, table: str) -> pd.DataFrame:
 
 
 def _headed(frame: pd.DataFrame) -> pd.DataFrame:
-    """The table with units in its headings, such as ``wear_depth_max[gear] [um]``; pure numbers have none."""
+    """Table with units in its headings, such as ``wear_depth_max[gear] [um]``, except for dimensionless columns."""
     units = frame.attrs["units"]
     names = {name: f"{name} [{units[name]}]" for name in frame.columns if units.get(name, "1") not in ("", "1")}
     return frame.rename(columns=names)

@@ -13,7 +13,7 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.emulator import LEAST_RUNS, emulator_of
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.unknowns import Unknowns
-from semiwear.measured.life_spread import MOST_SCATTER, log_deviation, quantiles_told, require_share
+from semiwear.measured.life_spread import MOST_SCATTER, log_deviation, quantiles_in_words, require_share
 from semiwear.plain_text import folded
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, is_whole, shown
@@ -79,7 +79,7 @@ class PosteriorLife:
         return None if self.hours_per_mesh is None else _quantile(self.meshes * self.hours_per_mesh, share)
 
     def __str__(self) -> str:
-        quantiles = quantiles_told(self.quantile, self.hours)
+        quantiles = quantiles_in_words(self.quantile, self.hours)
         error = f"; emulated lives are within {100.0 * self.error:.2g} %" if self.error else ""
         endless = int(np.isinf(self.meshes).sum())
         if endless:

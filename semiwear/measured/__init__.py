@@ -1,4 +1,4 @@
-"""Measured flanks: registration, deviations, wear, and what they say of the wear coefficient.
+"""Measured flanks: registration, deviations, wear, and calibration of the wear coefficient.
 
 >>> deviations = sw.register(scene, "tooth_7.nc")                  # um along the normals, and the datum
 >>> found = sw.calibrate(scene, "worn.nc", before="new.nc", meshes=4e7)

@@ -27,10 +27,10 @@ from semiwear.simulate import NoProgress, Progress
 from semiwear.untyped import Value
 
 _UM = 1e3
-_STEPS = 16  # wear states up to the measured depth, about: k is then 0.5 % off at most, by what steps leave out
-_DEPTHS = (0.25e-3, 6e-3)  # mm a step
+_STEPS = 16  # wear steps to the measured depth, about: their error in k is then 0.5 % at most
+_DEPTHS = (0.25e-3, 6e-3)  # mm, wear of one step
 _MOST_STEPS = 60
-_HALF = 0.5  # coefficient of variation of k: see semiwear.measured.life_spread
+_DEFAULT_SCATTER = 0.5  # coefficient of variation of k: see semiwear.measured.life_spread
 _HEAD = ("part", "k [mm2/N]", "interval", "unexplained", "rms [um]", "points", "independent", "datum")
 
 
@@ -42,17 +42,17 @@ class Calibration:
     ----------
     scene : Scene
     body : str
-        Whose flank was measured.
+        Body of the measured flank.
     meshes : tuple of float
         Engagements of one gear tooth that each part had run.
     parts : tuple of PartFit
-        One for each measured part, at the scene's wear coefficient.
+        Fit of each measured part, at the scene's wear coefficient.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     measured : tuple of MeasuredWear
-        As the parts.
+        Measured wear of each part.
     family : WearFamily
-        The run that they were compared with.
+        Predicted wear over the meshes.
     """
 
     scene: Scene
@@ -65,32 +65,32 @@ class Calibration:
 
     @property
     def coefficients(self) -> tuple[float, ...]:
-        """Wear coefficient of the measured body that each part tells [mm2/N]."""
+        """Wear coefficient of the measured body from each part [mm2/N]."""
         return tuple(self._own * part.meshes / run for part, run in zip(self.parts, self.meshes, strict=True))
 
     @property
     def coefficient(self) -> float:
-        """Wear coefficient [mm2/N]: the median of its distribution, the parts' geometric mean."""
+        """Wear coefficient [mm2/N]: geometric mean over the parts, the median of its distribution."""
         return exp(float(np.mean(np.log(self.coefficients))))
 
     @property
     def factor(self) -> float:
-        """`coefficient` over the scene's; where both bodies wear, those of both were scaled alike."""
+        """`coefficient` over that of the scene; where both bodies wear, both coefficients have the same factor."""
         return self.coefficient / self._own
 
     @property
     def log_error(self) -> float:
-        """Standard uncertainty of ln k: of one part's fit, or of the mean of several parts."""
+        """Standard uncertainty of ln k: from the fit of a single part, or of the mean over several parts."""
         if len(self.parts) == 1:
             return self.parts[0].log_error
         return self._log_scatter / sqrt(len(self.parts))
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Confidence interval of the wear coefficient [mm2/N], by Student's t over ln k.
+        """Confidence interval of the wear coefficient [mm2/N], by Student's t for ln k.
 
-        Of one part: what this part's measurement leaves open, and not how parts differ. Of several: the mean's, from
-        how they differ.
+        With one part: from the uncertainty of its measurement, without the scatter between parts. With several: of
+        their mean, from the scatter between them.
         """
         freedom = self.parts[0].freedom if len(self.parts) == 1 else len(self.parts) - 1.0
         half = half_interval(self.log_error, freedom, self.confidence)
@@ -98,7 +98,7 @@ class Calibration:
 
     @property
     def k_scatter(self) -> float | None:
-        """Coefficient of variation of k between the parts (log-normal); None of one part."""
+        """Coefficient of variation of k between the parts (log-normal); None for one part."""
         if len(self.parts) == 1:
             return None
         return sqrt(exp(self._log_scatter**2) - 1.0)
@@ -115,25 +115,27 @@ class Calibration:
         return self.scene.replace({"wear.coefficient_mm2_per_N": self.factor * given})
 
     def comparison(self, part: int = 0) -> xr.Dataset:
-        """Predicted beside measured wear of a part, as `compare_wear` gives it, at the part's own coefficient."""
+        """Predicted and measured wear of a part, as from `compare_wear`, at the part's own coefficient."""
         run = f"{self.meshes[part]:.6g}"
         attrs = {"body": self.body, "meshes": run, "datum": ", ".join(self.parts[part].datum)}
         return comparison_of_fit(self.measured[part], self.parts[part], attrs)
 
     @one_blas_thread()
-    def life(self, depth_limit_um: float, body: str | None = None, *, k_scatter: float | str = _HALF) -> LifeSpread:
-        """Life until a flank's greatest wear is a depth, with what the wear coefficient leaves open.
+    def life(
+        self, depth_limit_um: float, body: str | None = None, *, k_scatter: float | str = _DEFAULT_SCATTER
+    ) -> LifeSpread:
+        """Life until the greatest wear of a flank reaches a depth, with the uncertainty of the wear coefficient.
 
         Parameters
         ----------
         depth_limit_um : float
         body : str, optional
-            ``"pinion"`` or ``"gear"``; the measured one unless given. For the other one its coefficient is taken to
-            be as far from the scene's.
+            ``"pinion"`` or ``"gear"``; default the measured body. The coefficient of the other body is scaled by the
+            same factor.
         k_scatter : float or "measured"
             Coefficient of variation of k from part to part. Default 0.5, an assumption
-            (`semiwear.measured.life_spread`); 0: the life of the measured part itself. ``"measured"``: that of the
-            parts, three or more.
+            (`semiwear.measured.life_spread`); 0 gives the life of the measured part itself. ``"measured"`` takes that
+            of the parts, three or more.
 
         Raises
         ------
@@ -154,21 +156,21 @@ class Calibration:
             if count < 3:
                 raise SceneError.of("k_scatter", k_scatter, "a number, with fewer than three parts", "0.5 is usual")
             deviation = self._log_scatter * sqrt(1.0 + 1.0 / count)
-            told, freedom = self.k_scatter or 0.0, count - 1.0
+            scatter, freedom = self.k_scatter or 0.0, count - 1.0
         else:
             if isinstance(k_scatter, str) or not 0.0 <= k_scatter <= MOST_SCATTER:
                 allowed = f'a share, 0 to {MOST_SCATTER:g}, or "measured"'
                 raise SceneError.of("k_scatter", shown(k_scatter), allowed, "0.5 for 50 %")
             fits = sum(part.log_error**2 for part in self.parts) / count**2
-            own = log_deviation(k_scatter)
-            deviation, told, freedom = sqrt(own**2 * (1.0 + 1.0 / count) + fits), k_scatter, float("inf")
+            between = log_deviation(k_scatter)
+            deviation, scatter, freedom = sqrt(between**2 * (1.0 + 1.0 / count) + fits), k_scatter, float("inf")
         stepper = self.family.stepper
         meshes = sum(step_lengths_to(stepper, BODIES.index(name), 1e-3 * depth_limit_um))
         per_mesh = hours_per_mesh(self.scene, stepper.teeth.pair)
-        return LifeSpread(name, depth_limit_um, meshes / self.factor, deviation, freedom, told, per_mesh)
+        return LifeSpread(name, depth_limit_um, meshes / self.factor, deviation, freedom, scatter, per_mesh)
 
     def to_dataset(self) -> xr.Dataset:
-        """`coefficient` and `interval` [mm2/N], and over the parts what each tells."""
+        """`coefficient` and `interval` [mm2/N], and the results of each part."""
         run = {"units": "1", "long_name": "engagements of one gear tooth"}
         k = {"units": "mm2 N-1", "long_name": f"wear coefficient of the {self.body}"}
 
@@ -197,13 +199,13 @@ class Calibration:
         low, high = self.interval
         share = f"{100.0 * self.confidence:g} %"
         count = len(self.parts)
-        several = "one part: how parts differ is not in it" if count == 1 else f"{count} parts"
+        basis = "one part: without the scatter between parts" if count == 1 else f"{count} parts"
         scatter = f"; k scatters by {100.0 * self.k_scatter:.0f} % between the parts" if self.k_scatter else ""
-        told = (
+        summary = (
             f"wear coefficient of the {self.body}: {self.coefficient:.3e} mm2/N, {share} interval {low:.3e} to "
-            f"{high:.3e} ({several}); the scene has {self._own:.3e} mm2/N{scatter}"
+            f"{high:.3e} ({basis}); the scene has {self._own:.3e} mm2/N{scatter}"
         )
-        return folded(told) + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
+        return folded(summary) + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
 
     @property
     def _own(self) -> float:
@@ -218,7 +220,7 @@ class Calibration:
     def _row(self, number: int) -> tuple[str, ...]:
         part, k = self.parts[number], self.coefficients[number]
         low, high = (self._own * meshes / self.meshes[number] for meshes in part.interval(self.confidence))
-        datum = ", ".join(f"{name} {_told(name, amount)}" for name, amount in part.datum.items())
+        datum = ", ".join(f"{name} {_with_unit(name, amount)}" for name, amount in part.datum.items())
         return (
             str(number + 1),
             f"{k:.3e}",
@@ -231,8 +233,8 @@ class Calibration:
         )
 
 
-def _told(name: str, amount: float) -> str:
-    """An amount of a motion in its usual unit."""
+def _with_unit(name: str, amount: float) -> str:
+    """Amount of a motion in arcsec or um, as text."""
     if name in TURNS:
         return f"{np.degrees(amount) * 3600.0:.2f} arcsec"
     return f"{_UM * amount:.2f} um"
@@ -251,42 +253,42 @@ def calibrate(
     confidence: float = 0.95,
     progress: Progress | None = None,
 ) -> Calibration:
-    """The wear coefficient that makes predicted wear what was measured, with its confidence interval.
+    """The wear coefficient for which predicted wear equals measured wear, with its confidence interval.
 
-    The scene is worn once, from unworn over growing meshes, until the prediction has passed the measurement; since
-    wear knows the coefficient only times the meshes, that run holds the prediction for every coefficient. How it is
-    fitted and how uncertain it is: `semiwear.measured.fit`. The interval knows what the measurement leaves open, and
-    what the model leaves out as far as it shows in the residuals; resolution may shift k besides, by what a finer run
-    tells (its wear steps: by some tenths of a per cent).
+    The scene is run once, from the unworn flank, until the predicted wear exceeds the measured wear. Wear depends on
+    the product of coefficient and meshes, so that this run gives the prediction for every coefficient. Fit and
+    uncertainty: `semiwear.measured.fit`. The interval covers the uncertainty of the measurement, and errors of the
+    model as far as they show in the residuals. Errors of the resolution come on top, to be found by a finer run (from
+    the wear steps: some tenths of a per cent).
 
     Parameters
     ----------
     scene : Scene
-        With a table [wear]; its coefficient is a first guess, and the ratio of both bodies' is kept.
-        ``numerics.accuracy`` is not looked at.
+        With a table [wear]; its coefficient is a first guess. The ratio of the coefficients of both bodies is kept.
+        ``numerics.accuracy`` is ignored.
     measured : measurement or list of them
         Each part as for `measured_wear`: a file or array of points, deviations, or a dataset of `register` or
-        `measured_wear`. Several parts tell how k scatters from part to part.
+        `measured_wear`. Several parts give the scatter of k from part to part.
     meshes : float or sequence, optional
-        Engagements of one gear tooth that the parts have run; ``wear.until.meshes`` unless given.
+        Engagements of one gear tooth that the parts have run; default ``wear.until.meshes``.
     body : str
-        Whose flank was measured.
+        Body of the measured flank.
     before : measurement or list, optional
-        Each part before it was worn; nominal unless given.
+        Each part before it was worn; default nominal.
     datum : sequence of str
         Motions of the measured tooth that are fitted with the wear: as the `motions` of `register`; () for none.
     robust : bool
         Least squares with Huber's weights, for outliers. Default False.
     confidence : float
-        Of the intervals. Default 0.95.
+        Confidence level of the intervals. Default 0.95.
     progress : Progress, optional
-        Hears of every wear step.
+        Notified of every wear step.
 
     Raises
     ------
     SceneError
-        For measurements that cannot be read or registered, meshes that are missing, or measured wear that says
-        nothing of the coefficient.
+        For measurements that cannot be read or registered, missing meshes, or measured wear from which the
+        coefficient cannot be determined.
     ConvergenceError
         If the scene cannot be worn as deep as was measured.
 
@@ -305,21 +307,21 @@ def calibrate(
         raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")
     motions = require_motions(datum, "datum")
     parts = _listed(measured)
-    firsts = [None] * len(parts) if before is None else _listed(before)
-    if not parts or len(firsts) != len(parts):
-        found = f"{len(parts)} measured parts, {len(firsts)} before"
+    unworn = [None] * len(parts) if before is None else _listed(before)
+    if not parts or len(unworn) != len(parts):
+        found = f"{len(parts)} measured parts, {len(unworn)} before"
         raise SceneError.of("measured", found, "one part or more, and as many before", "give them in the same order")
     run = _meshes_run(scene, meshes, len(parts))
     names = [f"measured[{k}]" if len(parts) > 1 else "measured" for k in range(len(parts))]
     worn = [
-        as_wear(scene, part, first, body, datum="best_fit" if motions else "as_measured", field=name)
-        for part, first, name in zip(parts, firsts, names, strict=True)
+        as_wear(scene, part, new, body, datum="best_fit" if motions else "as_measured", field=name)
+        for part, new, name in zip(parts, unworn, names, strict=True)
     ]
     depth = max(_spread(part, motions) for part in worn)
     family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
-    fresh = "" if before is not None else _taken_for_fresh(scene, body)
+    assumed = "" if before is not None else _assumed_unworn(scene, body)
     try:
-        _wear_past(family, worn, motions, progress or NoProgress(), fresh, robust=robust)
+        _wear_past(family, worn, motions, progress or NoProgress(), assumed, robust=robust)
         fits = tuple(
             fit_part(
                 family.curve(reading_of(family, part)), part, motions,
@@ -328,25 +330,23 @@ def calibrate(
             for part, name in zip(worn, names, strict=True)
         )  # fmt: skip
     except SceneError as error:
-        raise SceneError([replace(one, fix=f"{one.fix}{fresh}") for one in error.problems]) from None
+        raise SceneError([replace(each, fix=f"{each.fix}{assumed}") for each in error.problems]) from None
     return Calibration(scene, body, run, fits, confidence, tuple(worn), family)
 
 
-def _taken_for_fresh(scene: Scene, body: str) -> str:
-    """Assumed state of flanks before wear, where it was not measured."""
+def _assumed_unworn(scene: Scene, body: str) -> str:
+    """Assumption about the unworn flank where it was not measured, as the end of a message."""
     table = f"effects.modification.{body}"
     if scene.effects.get(f"modification.{body}") is None:
-        return (
-            f". Without before, the flank is taken to have been nominal: give before, or [{table}] if it was modified"
-        )
+        return f". Without before, the unworn flank is assumed nominal: give before, or [{table}] if it was modified"
     return (
-        f". Without before, the flank is taken to have been as [{table}] modifies it: give before, or remove that "
-        "table if what was measured is not modified (export_flank writes no modifications)"
+        f". Without before, the unworn flank is assumed to be modified as in [{table}]: give before, or remove that "
+        "table if the measured flank is not modified (export_flank writes no modifications)"
     )
 
 
 def _listed(measured: object) -> list[Value]:
-    """Parts of a list; one part that is no list."""
+    """Measured parts as a list, also a single part."""
     if isinstance(measured, list | tuple) and not _is_points(measured):
         return list(measured)
     return [measured]
@@ -366,7 +366,7 @@ def _meshes_run(scene: Scene, meshes: float | Sequence[float] | None, count: int
         given = scene.wear.until.meshes
     if given is None:
         raise SceneError.of(
-            "meshes", None, "above 0", "say how many engagements of a gear tooth the parts have run (meshes=...)"
+            "meshes", None, "above 0", "give the engagements of a gear tooth that the parts have run (meshes=...)"
         )
     run = np.full(count, given, float) if np.ndim(given) == 0 else np.asarray(given, float)
     if run.shape != (count,) or not np.all(np.isfinite(run)) or np.any(run <= 0.0):
@@ -375,10 +375,10 @@ def _meshes_run(scene: Scene, meshes: float | Sequence[float] | None, count: int
 
 
 def _spread(part: MeasuredWear, motions: tuple[str, ...]) -> float:
-    """How far measured wear varies over the flank, whatever the datum [mm]."""
+    """Range of measured wear over the flank, independent of the datum [mm]."""
     _, modes = datum_modes(part, motions)
-    wear, flat = part.depth[part.inside], modes[part.inside]
-    rest = wear - flat @ np.linalg.lstsq(flat, wear, rcond=None)[0]
+    wear, inside_modes = part.depth[part.inside], modes[part.inside]
+    rest = wear - inside_modes @ np.linalg.lstsq(inside_modes, wear, rcond=None)[0]
     low, high = np.percentile(rest, (2.0, 98.0))
     return float(high - low)
 
@@ -388,11 +388,11 @@ def _wear_past(
     worn: Sequence[MeasuredWear],
     motions: tuple[str, ...],
     progress: Progress,
-    fresh: str = "",
+    assumed: str = "",
     *,
     robust: bool = False,
 ) -> None:
-    """Wear on until every part is fitted best well before the end, with the weights that fit it.
+    """Add wear steps until the best fit of every part lies well before the end of the run, with its own weights.
 
     Raises
     ------
@@ -411,9 +411,9 @@ def _wear_past(
             meshes, *_ = weighted_meshes(family.curve(reading), part, mode, robust)
             passed.append(meshes < 0.8 * family.meshes[-1])
         if all(passed):
-            progress.step(k, k, "worn farther than what was measured")
+            progress.step(k, k, "worn deeper than measured")
             return
     raise ConvergenceError(
-        f"wear of {_UM * family.greatest:.3g} um at most is still less than what was measured: check the "
-        f"measurement's units and body, or give the datum fewer motions{fresh}"
+        f"wear of {_UM * family.greatest:.3g} um at most is still less than the measured wear: check the "
+        f"measurement's units and body, or give the datum fewer motions{assumed}"
     )

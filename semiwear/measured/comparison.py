@@ -34,7 +34,7 @@ def compare_wear(
     wear_step: int = -1,
     datum: Sequence[str] = DATUM,
 ) -> xr.Dataset:
-    """Predicted beside measured wear, at the measured points.
+    """Predicted and measured wear at the measured points.
 
     Parameters
     ----------
@@ -44,22 +44,22 @@ def compare_wear(
         As for `measured_wear`.
     body : str
     wear_step : int
-        Index of the wear step; the last unless given.
+        Index of the wear step; default the last.
     datum : sequence of str
-        Motions of the measured tooth, as of `calibrate`, that are fitted to the difference and taken out of it: where
-        a tooth stands says nothing of its wear. () for none.
+        Motions of the measured tooth, as in `calibrate`, that are fitted to the difference and subtracted from it,
+        since the position of a tooth is no wear. () for none.
 
     Returns
     -------
     Dataset
         `predicted`, `wear_depth` (measured, less the datum's part) and `difference`, predicted minus measured [um]
         over (profile, face); `difference_max` and `difference_rms` [um]; `correlation`; `scale`, measured over
-        predicted wear by least squares (with the datum fitted beside it): above 1 the part wore more.
+        predicted wear by least squares (fitted together with the datum): above 1 the part wore more.
 
     Raises
     ------
     SemiwearError
-        If the result has no worn flank, or of another grid than its scene makes.
+        If the result has no worn flank, or one on another grid than that of its scene.
     SceneError
         As `measured_wear`.
 
@@ -93,24 +93,24 @@ def compare_wear(
 
 
 def comparison_of_fit(worn: MeasuredWear, part: PartFit, attrs: dict[str, str]) -> xr.Dataset:
-    """The same of a part that was calibrated, at its own wear coefficient."""
+    """The same for a calibrated part, at its own wear coefficient."""
     _, modes = datum_modes(worn, tuple(part.datum))
     return _compared(worn, part.predicted[worn.inside], modes[worn.inside], attrs)
 
 
 def grid_of(scene: Scene, face: FloatArray, points: int, body: str) -> FlankGrid:
-    """Nodes of a body's wear in a result of a scene: some points along the profile at each face coordinate [mm]."""
+    """Nodes of a body's wear in a result: a number of points along the profile at each face coordinate [mm]."""
     pair = plan(scene).flank_pair()
     make = flank_grid if BODIES.index(body) == DRIVEN else driving_grid
     return make(pair, np.asarray(face, float), points)
 
 
 def _grid_of(scene: Scene, flank: xr.Dataset, body: str) -> FlankGrid:
-    """Nodes of a result's wear, made again and checked against the heights that it holds."""
+    """Nodes of a result's wear, rebuilt from its scene and checked against its heights."""
     grid = grid_of(scene, flank["face"].values, flank.sizes["profile"], body)
     height, _ = plan(scene).flank_pair().flank_place(BODIES.index(body), grid.face[:, None], grid.profile)
-    held = flank["flank_height"].sel(body=body).transpose("face", "profile").values
-    if not np.allclose(height, held, atol=_SAME_HEIGHT, rtol=0.0):
+    stored = flank["flank_height"].sel(body=body).transpose("face", "profile").values
+    if not np.allclose(height, stored, atol=_SAME_HEIGHT, rtol=0.0):
         raise SemiwearError(
             f"/flank/flank_height of the {body} is not that of the result's own scene: does this body wear in it?"
         )
@@ -122,10 +122,10 @@ def _compared(worn: MeasuredWear, predicted: FloatArray, modes: FloatArray, attr
     wear = worn.depth[inside]
     amounts = np.linalg.lstsq(modes, wear - predicted, rcond=None)[0]
     aligned = wear - modes @ amounts
-    both = np.column_stack([predicted, modes])
-    scale = float(np.linalg.lstsq(both, wear, rcond=None)[0][0])
-    spread = float(np.std(predicted) * np.std(aligned))
-    together = float(np.mean((predicted - predicted.mean()) * (aligned - aligned.mean())))
+    columns = np.column_stack([predicted, modes])
+    scale = float(np.linalg.lstsq(columns, wear, rcond=None)[0][0])
+    deviations = float(np.std(predicted) * np.std(aligned))
+    covariance = float(np.mean((predicted - predicted.mean()) * (aligned - aligned.mean())))
     difference = predicted - aligned
     values: dict[str, object] = {
         "predicted": worn.on_grid(_UM * predicted),
@@ -134,7 +134,7 @@ def _compared(worn: MeasuredWear, predicted: FloatArray, modes: FloatArray, attr
         **worn.where(),
         "difference_max": _UM * float(difference[np.argmax(np.abs(difference))]),
         "difference_rms": _UM * float(np.sqrt(np.mean(difference**2))),
-        "correlation": together / spread if spread > 0.0 else 0.0,
+        "correlation": covariance / deviations if deviations > 0.0 else 0.0,
         "scale": scale,
     }
     return labelled(values, attrs, "predicted and measured wear")

@@ -1,4 +1,4 @@
-"""Measured flanks from files and arrays, checked for what measuring files get wrong."""
+"""Measured flanks from files and arrays, checked for common mistakes."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ Measurement = PointGrid | DeviationGrid
 """Data of a measuring machine: points of a flank, or deviations from it."""
 
 _FIELD = "measured"
-_LEAST = 4  # points each way
+_LEAST = 4  # points in each direction
 _SCALES = {"metres": 1e-3, "micrometres": 1e3, "inches": 1.0 / 25.4, "centimetres": 0.1}
 _SCALE_TOLERANCE = 0.2
-_APART = 0.25  # of the flank's height or the body's radius: farther off is another part
+_APART = 0.25  # of the body's radius: points farther off belong to another part
 _WRONG_SIDE = np.radians(20.0)
 
 
 def read_measured(measured: str | os.PathLike[str] | ArrayLike | Measurement, field: str = _FIELD) -> Measurement:
-    """A measured flank from a file, an array of points or what such files hold.
+    """A measured flank from a file, an array of points, or a grid that was already read.
 
     Parameters
     ----------
     measured : path, (P, F, 3) array [mm], PointGrid or DeviationGrid
         A .nc or .csv file of points (`semiwear.geometry.point_grid`) or of deviations
-        (`semiwear.meshing.deviation_grid`), told apart by what they hold. Points stand in the body's own frame: z is
+        (`semiwear.meshing.deviation_grid`), recognised by its contents. Points are in the body's own frame: z is
         its axis, as `export_flank` writes them.
     field : str
-        What to call it in errors.
+        Name of the measurement in error messages.
 
     Raises
     ------
     SceneError
-        Naming the file, what is wrong with it and what to do.
+        With the file, its defect and a remedy.
     """
     if isinstance(measured, PointGrid | DeviationGrid):
         return measured
@@ -82,12 +82,12 @@ def _holds_deviations(file: Path) -> bool:
 
 
 def check_points(flank: NominalFlank, grid: PointGrid, field: str = _FIELD) -> None:
-    """Refuse points that cannot be those of a flank.
+    """Refuse points that cannot lie on the flank.
 
     Raises
     ------
     SceneError
-        For gaps, too few points, other units, another part or place.
+        For gaps, too few points, other units, another part or position.
     """
     points = grid.points
     if points.ndim != 3 or points.shape[-1] != 3:
@@ -119,12 +119,12 @@ def check_points(flank: NominalFlank, grid: PointGrid, field: str = _FIELD) -> N
 
 
 def check_side(normals: FloatArray, points: FloatArray, inside: BoolArray, field: str = _FIELD) -> None:
-    """Refuse a grid whose own surface stands across the nominal one: the other flank, or a mirror image.
+    """Refuse a grid whose surface is inclined to the nominal one: the other flank, or a mirror image.
 
     Parameters
     ----------
     normals : (P, F, 3) array
-        Nominal normals at the feet.
+        Nominal normals at the nearest nominal points.
     points : (P, F, 3) array [mm]
         Measured, registered.
     inside : (P, F) bool array

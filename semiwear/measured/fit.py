@@ -1,10 +1,11 @@
-"""Fit of predicted to measured wear: the meshes at which the prediction is the measurement, and the datum with them.
+"""Fit of predicted to measured wear: the meshes at which both agree, together with the datum.
 
-Measured at the points, w = h(N) + M a + e: h the predicted wear after N meshes at the scene's wear coefficient, M the
-movement of the flank along its normals by the motions that a datum leaves open, a their amounts, e the rest. Least
-squares over ln N and a, the linear a eliminated at every N (Golub and Pereyra 1973, SIAM J. Num. Anal. 10, 413-432);
-the wear coefficient is the scene's times N over the meshes that the part has run. The uncertainty of ln N counts the
-correlation of neighbouring residuals (`semiwear.measured.correlated`): what the model leaves out is in them.
+Measured wear at the points is w = h(N) + M a + e: h the predicted wear after N meshes at the scene's wear
+coefficient, M the displacement of the flank along its normals by unit motions of the datum, a the amounts of these
+motions, e the residuals. Least squares over ln N and a, with the linear a eliminated at every N (Golub and Pereyra
+1973, SIAM J. Num. Anal. 10, 413-432). The wear coefficient is that of the scene, times N over the meshes that the
+part has run. The uncertainty of ln N accounts for the correlation of neighbouring residuals
+(`semiwear.measured.correlated`), which contain the errors of the model.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from semiwear.measured.rigid import determined, motions_of, require_motions
 from semiwear.measured.robust import huber_loss, huber_weights, local_noise, weighted_fit
 from semiwear.measured.worn import MeasuredWear
 
-_SHORTEST = 1e-4  # of the meshes of the curve, where the search begins
+_SHORTEST = 1e-4  # of the meshes of the curve: start of the search
 _TRIALS = 80
-_PASSES = 12  # of robust weights
-_START_PASSES = 5  # of those of a trial
-_END = 0.01  # of ln N: a best fit nearer to the end of the curve is none
+_PASSES = 12  # iterations of the robust weights
+_START_PASSES = 5  # the same for each trial of the start
+_END = 0.01  # distance in ln N to the end of the curve: a minimum closer to it is no best fit
 _UM = 1e3
 
 
@@ -43,18 +44,18 @@ class PartFit:
     log_error : float
         Standard uncertainty of ln N.
     freedom : float
-        Degrees of freedom of that.
+        Degrees of freedom of this uncertainty.
     datum : mapping of str to float [rad, mm]
-        Motions by which the measurement stood off, in wear: positive takes material.
+        Fitted motions of the measurement, with the sign of wear: positive removes material.
     residual : (P, F) array [mm]
-        Measured less predicted wear less the datum's part; 0 where not inside.
+        Measured wear less predicted wear and the datum's part; 0 where not inside.
     predicted : (P, F) array [mm]
     aligned : (P, F) array [mm]
         Measured wear less the datum's part.
     explained : float
-        Share of the measured variance about the datum's part that predicted wear explains.
+        Fraction of the measured variance about the datum's part that predicted wear explains.
     effective_points : float
-        Independent points that would tell ln N as well.
+        Number of independent points that would give the same uncertainty of ln N.
     points : int
     noise : Estimate
     """
@@ -77,18 +78,18 @@ class PartFit:
         return float(np.sqrt(np.sum(self.residual**2) / self.points))
 
     def interval(self, confidence: float) -> tuple[float, float]:
-        """Meshes between which N lies."""
+        """Confidence interval of N, in meshes."""
         half = half_interval(self.log_error, self.freedom, confidence)
         return self.meshes * float(np.exp(-half)), self.meshes * float(np.exp(half))
 
 
 def half_interval(error: float, freedom: float, confidence: float) -> float:
-    """Half a confidence interval of a quantity with a standard uncertainty, by Student's t."""
+    """Half-width of a confidence interval from a standard uncertainty, by Student's t."""
     return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * error
 
 
 def datum_modes(measured: MeasuredWear, motions: Sequence[str]) -> tuple[tuple[str, ...], FloatArray]:
-    """Motions that a measurement can tell, and how they move its points along the normals into the flank.
+    """Motions that a measurement determines, and displacements of its points along the normals into the flank.
 
     Returns
     -------
@@ -98,31 +99,31 @@ def datum_modes(measured: MeasuredWear, motions: Sequence[str]) -> tuple[tuple[s
     Raises
     ------
     SceneError
-        For names of no motion.
+        For unknown motions.
     """
     points, normals = measured.flank.points(measured.face, measured.profile)
-    which = motions_of(measured.flank, require_motions(motions, "datum"))
-    modes = -which.modes(points, normals)
-    tells = determined(modes[measured.inside])
-    return tuple(name for name, one in zip(which.names, tells, strict=True) if one), modes[..., tells]
+    candidates = motions_of(measured.flank, require_motions(motions, "datum"))
+    modes = -candidates.modes(points, normals)
+    kept = determined(modes[measured.inside])
+    return tuple(name for name, keep in zip(candidates.names, kept, strict=True) if keep), modes[..., kept]
 
 
 def best_meshes(curve: WearCurve, wear: FloatArray, modes: FloatArray, weights: FloatArray) -> tuple[float, bool]:
-    """Meshes at which predicted wear fits best, and whether that is within the curve.
+    """Meshes at which predicted wear fits best, and whether they lie within the curve.
 
     Parameters
     ----------
     curve : WearCurve
-        Over the points.
+        Predicted wear at the points.
     wear : (points,) array [mm]
     modes : (points, motions) array
     weights : (points,) array
     """
-    root, beside = np.sqrt(weights), _beside(modes, weights)
-    wanted = beside(root * wear)
+    root, without_modes = np.sqrt(weights), _without_modes(modes, weights)
+    target = without_modes(root * wear)
 
     def squares(log_meshes: float) -> float:
-        rest = wanted - beside(root * curve.at(float(np.exp(log_meshes))))
+        rest = target - without_modes(root * curve.at(float(np.exp(log_meshes))))
         return float(rest @ rest)
 
     last = float(np.log(curve.meshes[-1]))
@@ -139,14 +140,14 @@ def best_meshes(curve: WearCurve, wear: FloatArray, modes: FloatArray, weights: 
 def weighted_meshes(
     curve: WearCurve, measured: MeasuredWear, modes: FloatArray, robust: bool
 ) -> tuple[float, bool, FloatArray]:
-    """As `best_meshes`, of measured wear, and the weights of its points: Huber's where the fit is robust.
+    """As `best_meshes`, with the weights of the points: Huber's if the fit is robust, otherwise 1.
 
     Parameters
     ----------
     curve : WearCurve
     measured : MeasuredWear
     modes : (points, motions) array
-        At the points that count.
+        At the points inside.
     robust : bool
     """
     wear = measured.depth[measured.inside]
@@ -167,22 +168,22 @@ def weighted_meshes(
 
 
 def _robust_start(curve: WearCurve, wear: FloatArray, modes: FloatArray, noise: float) -> FloatArray:
-    """Weights where Huber's loss is least: those of unit weights may lie wherever an outlier draws the fit."""
+    """Weights at the least Huber loss over trial meshes: a start from unit weights may follow an outlier."""
     every = np.ones(wear.size, dtype=bool)
     best, least = np.ones(wear.size), np.inf
     for meshes in curve.meshes[-1] * np.geomspace(_SHORTEST, 1.0, _TRIALS):
         rest, weights = wear - curve.at(meshes), np.ones(wear.size)
         for _ in range(_START_PASSES):
-            left = rest - modes @ weighted_fit(modes, rest, weights)
-            weights = huber_weights(left, every, noise)
-        loss = huber_loss(left, noise)
+            residual = rest - modes @ weighted_fit(modes, rest, weights)
+            weights = huber_weights(residual, every, noise)
+        loss = huber_loss(residual, noise)
         if loss < least:
             best, least = weights, loss
     return best
 
 
-def _beside(modes: FloatArray, weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """From weighted values to what is left of them beside all that the modes can make."""
+def _without_modes(modes: FloatArray, weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Projection of weighted values orthogonal to the weighted modes."""
     basis = np.linalg.qr(np.sqrt(weights)[:, None] * modes)[0]
     return lambda values: np.asarray(values - basis @ (basis.T @ values))
 
@@ -196,12 +197,12 @@ def fit_part(
     confidence: float = 0.95,
     field: str = "measured",
 ) -> PartFit:
-    """Fit the curve of a part to its measured wear.
+    """Fit of a part: predicted wear of a curve to its measured wear.
 
     Raises
     ------
     SceneError
-        If the measured wear says nothing of the wear coefficient: it is as small as its noise, or of another shape.
+        If the measured wear does not determine the wear coefficient: it is within the noise, or of another shape.
     """
     inside = measured.inside
     names, modes = datum_modes(measured, motions)
@@ -219,8 +220,8 @@ def fit_part(
     error = float(noise.errors[0])
     if half_interval(error, noise.freedom, confidence) >= 1.0:
         _no_information(rest, predicted, error, field)
-    bare = _beside(flat, weights)(np.sqrt(weights) * wear)
-    total = float(bare @ bare)
+    without_datum = _without_modes(flat, weights)(np.sqrt(weights) * wear)
+    total = float(without_datum @ without_datum)
     return PartFit(
         meshes=meshes,
         log_error=error,
@@ -238,11 +239,11 @@ def fit_part(
 
 def _no_information(rest: FloatArray, predicted: FloatArray, error: float, field: str) -> None:
     noise, depth = _UM * float(np.sqrt(np.mean(rest**2))), _UM * float(np.ptp(predicted))
-    told = "" if not np.isfinite(error) else f", so that k would be uncertain by {100.0 * error:.0f} %"
+    uncertain = "" if not np.isfinite(error) else f", so that k would be uncertain by {100.0 * error:.0f} %"
     raise SceneError.of(
         field,
-        f"wear that says nothing of k: what fits the prediction best varies by {depth:.2g} um over the flank, the "
-        f"rest scatters by {noise:.2g} um{told}",
-        "wear that stands out of the noise in the predicted shape",
+        f"wear that does not determine k: the predicted wear that fits best varies by {depth:.2g} um over the flank, "
+        f"the residual scatters by {noise:.2g} um{uncertain}",
+        "wear of the predicted shape above the noise",
         "measure after more meshes, with less noise or on more of the flank, or check body, flank and scene",
     )

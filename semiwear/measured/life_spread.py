@@ -1,18 +1,18 @@
-"""Life with uncertainty: quantiles that follow from how uncertain the wear coefficient is.
+"""Life with uncertainty: quantiles of life from the uncertainty of the wear coefficient.
 
-A life L to a depth is inversely proportional to the wear coefficient, exactly: wear knows it only times the meshes.
-With ln k normal, ln L is normal with the same standard deviation:
+A life L to a depth is inversely proportional to the wear coefficient, exactly, since wear depends on the product of
+coefficient and meshes. With ln k normal, ln L is normal with the same standard deviation:
 
     L_q = L(k) exp(z_q s),    s^2 = s_k^2 (1 + 1/n) + u^2/n
 
-s_k: standard deviation of ln k from part to part; with n parts measured, their median is itself uncertain by
-s_k/sqrt(n); u: uncertainty of each part's fit. L_q is the life that a part chosen next falls short of with
-probability q: q = 0.1 is the life B10.
+s_k: standard deviation of ln k from part to part; with n measured parts, their median has the uncertainty
+s_k/sqrt(n); u: uncertainty of the fit of each part. The next part fails before L_q with probability q; q = 0.1 gives
+the life B10.
 
-How much k scatters: repeated wear tests of like parts differ by tens of per cent, from laboratory to laboratory by
-more (Blau 2017, Wear 376-377, 1830-1840, surveys it). The default, a coefficient of variation of one half, is an
-assumption of that order, no measurement: s_k = sqrt(ln(1 + 0.5^2)) = 0.472. Where enough parts were measured, their
-own scatter takes its place, and Student's t that of the normal distribution.
+Scatter of k: repeated wear tests of the same kind of part differ by tens of per cent, and more between laboratories
+(survey: Blau 2017, Wear 376-377, 1830-1840). The default, a coefficient of variation of one half, is an assumption
+of that order, not a measurement: s_k = sqrt(ln(1 + 0.5^2)) = 0.472. If enough parts were measured, their own scatter
+is used instead, with Student's t in place of the normal distribution.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ QUANTILES = (0.1, 0.5, 0.9)
 """Shares of parts that have reached the depth: B10, median, B90."""
 
 MOST_SCATTER = 100.0
-"""Greatest coefficient of variation of k that is taken for one."""
+"""Greatest accepted coefficient of variation of k."""
 
 
 def log_deviation(variation: float) -> float:
@@ -41,7 +41,7 @@ def log_deviation(variation: float) -> float:
 
 
 def require_share(share: float) -> None:
-    """Refuse a share that no quantile has.
+    """Refuse a share outside the range of quantiles.
 
     Raises
     ------
@@ -52,14 +52,14 @@ def require_share(share: float) -> None:
         raise SceneError.of("share", share, "above 0 and below 1", "0.1 for the life B10")
 
 
-def quantiles_told(quantile: Callable[[float], float], hours: Callable[[float], float | None]) -> str:
-    """B10, median and B90 in words: quantiles of meshes, and of running time [h] where that is known."""
+def quantiles_in_words(quantile: Callable[[float], float], hours: Callable[[float], float | None]) -> str:
+    """B10, median and B90 as text: quantiles of meshes, and of running time [h] where it is known."""
     parts = []
     for share in QUANTILES:
         meshes, time = quantile(share), hours(share)
-        told = "" if time is None else f" ({time:.4g} h)"
-        told = f"{meshes:.4g} meshes{told}" if isfinite(meshes) else "without end"
-        parts.append(f"B{100 * share:.0f} {told}")
+        running_time = "" if time is None else f" ({time:.4g} h)"
+        life = f"{meshes:.4g} meshes{running_time}" if isfinite(meshes) else "without end"
+        parts.append(f"B{100 * share:.0f} {life}")
     return ", ".join(parts)
 
 
@@ -74,13 +74,13 @@ class LifeSpread:
     median : float
         Engagements of one gear tooth.
     log_deviation : float
-        s, of ln L.
+        s, standard deviation of ln L.
     freedom : float
-        Degrees of freedom of s: infinite where the scatter of k was given.
+        Degrees of freedom of s: infinite if the scatter of k was given.
     k_scatter : float
-        Coefficient of variation of k from part to part that went in.
+        Coefficient of variation of k from part to part.
     hours_per_mesh : float or None
-        Running time; None where the scene gives no speed.
+        Running time; None if the scene gives no speed.
     """
 
     body: str
@@ -92,7 +92,7 @@ class LifeSpread:
     hours_per_mesh: float | None = None
 
     def quantile(self, share: float) -> float:
-        """Meshes before which this share of parts has reached the depth.
+        """Meshes after which this share of parts has reached the depth.
 
         Raises
         ------
@@ -100,21 +100,21 @@ class LifeSpread:
             For a share not between 0 and 1.
         """
         require_share(share)
-        place = norm.ppf(share) if np.isinf(self.freedom) else student.ppf(share, self.freedom)
-        return self.median * exp(float(place) * self.log_deviation)
+        score = norm.ppf(share) if np.isinf(self.freedom) else student.ppf(share, self.freedom)
+        return self.median * exp(float(score) * self.log_deviation)
 
     def hours(self, share: float) -> float | None:
-        """The same as running time [h]; None where the scene gives no speed."""
+        """The same quantile as running time [h]; None if the scene gives no speed."""
         return None if self.hours_per_mesh is None else self.quantile(share) * self.hours_per_mesh
 
     def quantiles(self, shares: Sequence[float] = QUANTILES) -> tuple[float, ...]:
-        """`quantile` of several shares."""
+        """`quantile` for several shares."""
         return tuple(self.quantile(share) for share in shares)
 
     def __str__(self) -> str:
-        told = quantiles_told(self.quantile, self.hours)
+        quantiles = quantiles_in_words(self.quantile, self.hours)
         spread = 100.0 * sqrt(exp(self.log_deviation**2) - 1.0)
         return folded(
-            f"life of the {self.body} until {self.depth_limit:g} um: {told}; k scatters by "
+            f"life of the {self.body} until {self.depth_limit:g} um: {quantiles}; k scatters by "
             f"{100.0 * self.k_scatter:.0f} % from part to part, the life of the next part by {spread:.0f} %"
         )

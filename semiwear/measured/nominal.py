@@ -1,8 +1,8 @@
-"""The nominal flank of one body: what a measured flank is registered to.
+"""Nominal flank of a body, to which measured flanks are registered.
 
-In the body's own frame, in which flanks are exported and measured (`semiwear.meshing.own_flanks`): z is its axis,
-along the axis of the fixed frame that it is nearest to, and the origin is the point of the axis nearest to the fixed
-one's.
+All points are in the body's own frame, in which flanks are exported and measured (`semiwear.meshing.own_flanks`): z
+is its axis, in the sense of the closest axis of the fixed frame, and the origin is the point of the axis closest to
+the origin of the fixed frame.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class NominalFlank:
         Without placement errors.
     body : int
     mirrored : bool
-        Whether the flank is the mirror image at x = 0 of the pair's.
+        Whether the flank is the mirror image at x = 0 of that of the pair.
     """
 
     pair: FlankPair
@@ -49,7 +49,7 @@ class NominalFlank:
         Parameters
         ----------
         face, profile : arrays that broadcast [mm]
-            Flank coordinates; places somewhat beyond the ends are on the same surface, carried on.
+            Flank coordinates; somewhat beyond the ends the surface is continued.
 
         Returns
         -------
@@ -58,15 +58,15 @@ class NominalFlank:
         u, v = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
         if self.body == DRIVING and isinstance(self.pair, FaceGearMesh):
             base_circle = float(self.pair.pinion.profile_from_roll(np.zeros(())))
-            v = np.maximum(v, base_circle)  # below it there is no flank
+            v = np.maximum(v, base_circle)  # there is no flank below it
         points, normals = own_flank(self.pair, self.body, u, v)
         shape = (*u.shape, 3)
         return (points @ self._mirror).reshape(shape), (normals @ self._mirror).reshape(shape)
 
     def limits(self, face: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Profile coordinate of the root and tip ends at face coordinates [mm]: where edge roundings begin."""
+        """Profile coordinate of the root and tip ends at face coordinates [mm], without the edge roundings."""
         face = np.asarray(face, float)
-        # a face-gear tooth may not exist far beyond its ends
+        # far beyond its ends a face-gear tooth may not exist
         inside = np.clip(face, *self.face_ends)
         if self.body == DRIVEN:
             borders = self.pair.borders(inside.ravel())
@@ -81,7 +81,7 @@ class NominalFlank:
         return borders.face if self.body == DRIVEN else borders.driving_face
 
     def places(self, face_fraction: ArrayLike, profile_fraction: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Face and profile coordinates [mm] of fractions of the flank, from the lower end and from the root."""
+        """Face and profile coordinates [mm] from fractions of the flank, from the lower end and from the root."""
         u, v = np.broadcast_arrays(np.asarray(face_fraction, float), np.asarray(profile_fraction, float))
         low, high = self.face_ends
         face = low + u * (high - low)
@@ -94,7 +94,7 @@ class NominalFlank:
 
     @cached_property
     def axis(self) -> Axis:
-        """The body's axis, about which it turns the other way in the mirror."""
+        """The body's axis; a mirrored body rotates in the opposite sense."""
         axis = axis_of(self.pair, self.body)
         if not self.mirrored:
             return axis
@@ -121,7 +121,7 @@ def nominal_flank(scene: Scene, body: str = "gear") -> NominalFlank:
     Raises
     ------
     SceneError
-        For another body.
+        For an unknown body.
     """
     if body not in BODIES:
         raise SceneError.of("body", body, one_of(BODIES))
@@ -131,10 +131,10 @@ def nominal_flank(scene: Scene, body: str = "gear") -> NominalFlank:
 
 
 def unreached(pair: FlankPair, body: int, stations: FloatArray) -> tuple[float, float]:
-    """Face coordinates below and above which the mate does not touch a flank [mm].
+    """Face coordinates below and above which a flank has no contact with its mate [mm].
 
-    There the slices of the contact end, of which the stations are the middles. Infinite at an end where the slices
-    reach the rounding of the flank's own edge: only a body that is wider than its mate is left alone beyond it.
+    These are the ends of the outermost slices, whose middles are the stations. Infinite at an end where the slices
+    reach the rounding of the flank's own edge; only a body that is wider than its mate has parts without contact.
     """
     borders = pair.borders(stations)
     driving = body == DRIVING

@@ -1,4 +1,4 @@
-"""Clouds of points of a flank in no order, as scanners give them, made into a grid."""
+"""Unordered point clouds of a flank, from scanners, resampled to a grid."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from semiwear.scene import Scene
 _TEXT = (".xyz", ".txt", ".asc", ".csv")
 _MESHES = (".ply", ".stl", ".obj", ".vtu", ".vtk")
 _LEAST = 200  # points on the flank
-_COVERED = 0.7  # of the cells of the flank: less is a part of it
-_CELLS = 12  # each way, in which the cover is counted
-_GAP = 3  # cells each way without a point
+_COVERED = 0.7  # least part of the flank's cells with a point
+_CELLS = 12  # in each direction, for this test
+_GAP = 3  # empty cells in each direction that make a gap
 _LEAST_COUNTED = 0.5  # of the grid's points
 
 
@@ -41,11 +41,11 @@ def flank_from_points(
 ) -> PointGrid:
     """A grid of points on the surface of a cloud, for `register`, `measured_wear` and `calibrate`.
 
-    Points within `within_mm` of the nominal flank, after the best rotation about the axis, are those of the flank:
-    of a scan of the whole tooth, its other flank, fillets and ends drop out. Their deviations are averaged over cells
-    about the grid's points, and linear between. Where three cells by three hold no point (at the borders: three in a
-    row) the grid is filled with points that do not count. The grid stays where the cloud was: the datum is found by
-    what takes the grid.
+    Points within `within_mm` of the nominal flank, after the best rotation about the axis, belong to the flank; in a
+    scan of the whole tooth this excludes the other flank, fillets and ends. Their deviations are averaged over cells
+    around the points of the grid, and linear in between. In gaps of three by three cells (at the borders: three in a
+    row) without a point, the grid has points that do not count. The grid has the position of the cloud; the datum is
+    found later, by the function that uses the grid.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def flank_from_points(
     body : str
         ``"pinion"`` or ``"gear"``.
     shape : (int, int)
-        Rows from root to tip and columns along the tooth: as many as the cloud has points for. Averages over cells
-        blur the kink where wear begins: of a spur flank with 6 um of wear k comes out 1 % low with 61 x 61, 3 % with
-        31 x 31, 10 % with 21 x 21.
+        Rows from root to tip and columns along the tooth, as fine as the cloud allows. The averages blur the kink at
+        the border of the worn zone: for a spur flank with 6 um of wear, k is 1 % low with 61 x 61, 3 % with 31 x 31,
+        10 % with 21 x 21.
     within_mm : float
 
     Raises
@@ -78,27 +78,27 @@ def flank_from_points(
     on = at.inside & (np.abs(at.deviation) < within_mm)
     low, high = flank.face_ends
     root, tip = flank.limits(at.face)
-    share = np.stack([(at.profile - root) / (tip - root), (at.face - low) / (high - low)], axis=-1)[on]
-    _require_cover(share)
+    fractions = np.stack([(at.profile - root) / (tip - root), (at.face - low) / (high - low)], axis=-1)[on]
+    _require_cover(fractions)
     rows, columns = shape
-    number = np.clip((share * (rows, columns)).astype(int), 0, np.array(shape) - 1) @ (columns, 1)
+    number = np.clip((fractions * (rows, columns)).astype(int), 0, np.array(shape) - 1) @ (columns, 1)
     cells, cell, count = np.unique(number, return_inverse=True, return_counts=True)
-    means = [np.bincount(cell, weights) / count for weights in (*share.T, at.deviation[on])]
+    means = [np.bincount(cell, weights) / count for weights in (*fractions.T, at.deviation[on])]
     assert len(cells) == len(means[0])
-    places = np.column_stack(means[:2])
+    centroids = np.column_stack(means[:2])
     u, v = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
-    deviation = LinearNDInterpolator(places, means[2])(u, v)
-    beyond = np.isnan(deviation)  # outside of the outermost means
-    deviation[beyond] = NearestNDInterpolator(places, means[2])(u[beyond], v[beyond])
+    deviation = LinearNDInterpolator(centroids, means[2])(u, v)
+    beyond = np.isnan(deviation)  # outside the hull of the means
+    deviation[beyond] = NearestNDInterpolator(centroids, means[2])(u[beyond], v[beyond])
     nominal, normals = flank.points(*flank.places(v, u))
     counts = _near_points(cells, shape)
     return PointGrid(moved.apply(nominal + deviation[..., None] * normals), counts=counts, attributes={"body": body})
 
 
 def _near_points(cells: IntArray, shape: tuple[int, int]) -> BoolArray:
-    """Grid points that are in no gap of the cloud: in no block of `_GAP` by `_GAP` cells without a point.
+    """Grid points outside of the gaps of the cloud, which are blocks of `_GAP` by `_GAP` cells without a point.
 
-    Borders are continued outwards, so that there `_GAP` empty cells in a row are a gap.
+    The cells at the borders are repeated outwards, so that `_GAP` empty cells in a row are a gap there.
     """
     empty = np.ones(shape, dtype=bool)
     empty.ravel()[cells] = False
@@ -112,12 +112,12 @@ def _near_points(cells: IntArray, shape: tuple[int, int]) -> BoolArray:
     return counts
 
 
-def _require_cover(share: FloatArray) -> None:
-    """Refuse clouds with too few points on the flank, or on a part of it alone."""
-    if len(share) < _LEAST:
+def _require_cover(fractions: FloatArray) -> None:
+    """Refuse clouds with too few points on the flank, or with points on a part of it only."""
+    if len(fractions) < _LEAST:
         fix = "check the body, the frame (z is the axis), the units and within_mm"
-        raise SceneError.of("points", f"{len(share)} points on the flank", f"{_LEAST} or more", fix)
-    number = np.clip((share * _CELLS).astype(int), 0, _CELLS - 1) @ (_CELLS, 1)
+        raise SceneError.of("points", f"{len(fractions)} points on the flank", f"{_LEAST} or more", fix)
+    number = np.clip((fractions * _CELLS).astype(int), 0, _CELLS - 1) @ (_CELLS, 1)
     cover = np.unique(number).size / _CELLS**2
     if cover < _COVERED:
         found, allowed = f"points on {100 * cover:.0f} % of the flank", f"{100 * _COVERED:.0f} % or more"
@@ -133,7 +133,7 @@ def _cloud(points: str | os.PathLike[str] | ArrayLike) -> FloatArray:
     file = Path(points)
     allowed = f"a file {', '.join((*_TEXT, *_MESHES))}"
     if not file.is_file() or file.suffix.casefold() not in (*_TEXT, *_MESHES):
-        fix = "name it by what it is" if file.is_file() else "no such file"
+        fix = "name it by its format" if file.is_file() else "no such file"
         raise SceneError.of("points", str(file), allowed, fix)
     if file.suffix.casefold() in _TEXT:
         return _finite(_of_text(file))
@@ -159,16 +159,16 @@ def _of_text(file: Path) -> FloatArray:
             rows.append([float(word) for word in words[:3]])
         except ValueError:
             if rows:
-                what = f"{file}: line {number} is no point"
-                raise SceneError.of("points", what, "three numbers a line", "correct the line") from None
-            continue  # a heading
+                found = f"{file}: line {number} is no point"
+                raise SceneError.of("points", found, "three numbers a line", "correct the line") from None
+            continue  # heading lines
         if len(rows[-1]) < 3:
             raise SceneError.of("points", f"{file}: line {number} has {len(words)} numbers", "three numbers a line")
     return np.array(rows).reshape(-1, 3)
 
 
 def _words(line: str) -> list[str]:
-    """Words between spaces, semicolons, tabs or commas; commas within three numbers or more are decimal ones."""
+    """Words between spaces, semicolons, tabs or commas; commas within three or more words are decimal commas."""
     plain = line.replace(";", " ")
     words = [with_decimal_point(word) for word in plain.split()]
     decimal = len(words) >= 3 and not any("," in word for word in words[:3])

@@ -1,7 +1,7 @@
-"""Predicted wear at measured places, as a function of the meshes that a part has run.
+"""Predicted wear at measured points, as a function of the meshes that a part has run.
 
-Wear knows the wear coefficient only times the meshes: one run over growing meshes gives the wear for every
-coefficient. Its states are interpolated by a monotone cubic (Fritsch and Carlson 1980) at each place.
+Wear depends on the product of wear coefficient and meshes, so that one run gives the wear for every coefficient. Its
+states are interpolated by a monotone cubic (Fritsch and Carlson 1980) at each point.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from semiwear.wear.stepping import WearStepper
 
 @dataclass(frozen=True)
 class FlankReading:
-    """Reads values on a body's wear grid at places, linear between slices and nodes.
+    """Interpolation of values on a body's wear grid at points, linear between slices and nodes.
 
-    Held beyond them, but nothing where the mate is narrower and does not touch.
+    Constant beyond the grid, but zero where a narrower mate does not touch.
 
     Attributes
     ----------
-    nodes : (places, 4) int array
-        Into the flattened (face, profile) grid.
-    weights : (places, 4) array
+    nodes : (points, 4) int array
+        Indices into the flattened (face, profile) grid.
+    weights : (points, 4) array
     """
 
     nodes: IntArray
@@ -46,51 +46,51 @@ class FlankReading:
     def of(
         cls, grid: FlankGrid, face: FloatArray, profile: FloatArray, flank: NominalFlank | None = None
     ) -> FlankReading:
-        """A reading at flank coordinates [mm], both (places,); with the flank, of nothing beyond its mate."""
+        """Interpolation at flank coordinates [mm], both (points,); with a flank, zero beyond its mate."""
         slices, points = grid.profile.shape
         at = np.interp(face, grid.face, np.arange(slices, dtype=float))
         low = np.clip(at.astype(np.int64), 0, max(slices - 2, 0))
         share = at - low
         nodes, weights = np.empty((face.size, 4), dtype=np.int64), np.empty((face.size, 4))
         for k, (station, part) in enumerate(((low, 1.0 - share), (np.minimum(low + 1, slices - 1), share))):
-            place = np.array(
+            index = np.array(
                 [np.interp(p, grid.profile[i], np.arange(points)) for p, i in zip(profile, station, strict=True)]
             )
-            cell = np.clip(place.astype(np.int64), 0, points - 2)
+            cell = np.clip(index.astype(np.int64), 0, points - 2)
             nodes[:, 2 * k] = station * points + cell
             nodes[:, 2 * k + 1] = station * points + cell + 1
-            weights[:, 2 * k] = part * (1.0 - (place - cell))
-            weights[:, 2 * k + 1] = part * (place - cell)
+            weights[:, 2 * k] = part * (1.0 - (index - cell))
+            weights[:, 2 * k + 1] = part * (index - cell)
         if flank is not None:
             below, above = unreached(flank.pair, flank.body, grid.face)
             weights[(face < below) | (face > above)] = 0.0
         return cls(nodes, weights)
 
     def read(self, values: FloatArray) -> FloatArray:
-        """Values of a (face, profile) array at the places."""
+        """Values of a (face, profile) array at the points."""
         return np.asarray(np.sum(self.weights * values.ravel()[self.nodes], axis=1))
 
 
 @dataclass(frozen=True)
 class WearCurve:
-    """Predicted wear at the points of a measurement over the meshes at the scene's coefficient.
+    """Predicted wear at the points of a measurement, over the meshes at the scene's coefficient.
 
     Attributes
     ----------
     meshes : (states,) array
         From 0.
-    depths : (states, places) array [mm]
+    depths : (states, points) array [mm]
     """
 
     meshes: FloatArray
     depths: FloatArray
 
     def at(self, meshes: float) -> FloatArray:
-        """Wear depth after some meshes [mm]."""
+        """Wear depth after a number of meshes [mm]."""
         return np.asarray(self._curve(meshes))
 
     def slope(self, meshes: float) -> FloatArray:
-        """Change of the wear depth per relative change of the meshes [mm]."""
+        """Derivative of the wear depth by the logarithm of the meshes [mm]."""
         return np.asarray(meshes * self._curve(meshes, 1))
 
     @cached_property
@@ -100,18 +100,18 @@ class WearCurve:
 
 @dataclass
 class WearFamily:
-    """Wear of one body from unworn on, over growing meshes.
+    """Wear of one body over increasing meshes, from the unworn flank.
 
     Attributes
     ----------
     stepper : WearStepper
     body : int
     depth_a_step : float [mm]
-        Greatest wear that a step adds, about.
+        Increase of the greatest wear in a step, approximately.
     state : WearState
-        The last one.
+        State after the last step.
     rate : float [mm]
-        Greatest wear that a mesh added of late.
+        Increase of the greatest wear for each mesh in the last step.
     meshes : list of float
     depths : list of (face, profile) arrays [mm]
     """
@@ -139,7 +139,7 @@ class WearFamily:
         return float(self.depths[-1].max())
 
     def extend(self) -> None:
-        """One step further.
+        """Add a wear step.
 
         Raises
         ------
@@ -155,7 +155,7 @@ class WearFamily:
         self.depths.append(depth)
 
     def curve(self, reading: FlankReading) -> WearCurve:
-        """The wear at measured places."""
+        """Wear at measured points."""
         return WearCurve(np.array(self.meshes), np.stack([reading.read(depth) for depth in self.depths]))
 
 
@@ -167,14 +167,14 @@ def _depth(state: WearState, body: int) -> FloatArray:
 
 
 def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
-    """The wear of a scene's body, unworn, and how fast it begins.
+    """Wear family of a scene's body with the unworn state only, and its initial wear rate.
 
     Raises
     ------
     SceneError
         If the scene has no wear, or the body does not wear.
     ConvergenceError
-        If nothing wears it.
+        If its wear rate is zero.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "give wear.coefficient_mm2_per_N, a first guess")
@@ -194,7 +194,7 @@ def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
 
 
 def reading_of(family: WearFamily, measured: MeasuredWear) -> FlankReading:
-    """Where a measurement reads a family, its points in the order of `inside`."""
+    """Interpolation of a family at the points of a measurement, those inside in their order."""
     return FlankReading.of(
         family.grid, measured.face[measured.inside], measured.profile[measured.inside], measured.flank
     )

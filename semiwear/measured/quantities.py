@@ -1,4 +1,4 @@
-"""Names, units and sources of what measured flanks give: the one table of this folder's datasets."""
+"""Names, units and sources of the quantities in the datasets of measured flanks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TABLE: dict[str, tuple[tuple[str, ...], str, str, str]] = {
     "tangential": ((), "mm", "datum: shift across axis and radius", _FIT),
     "tilt_radial": ((), "arcsec", "datum: tilt about the radius", _FIT),
     "tilt_tangential": ((), "arcsec", "datum: tilt about the tangential direction", _FIT),
-    "residual_rms": ((), "um", "root mean square of what is left", _FIT),
+    "residual_rms": ((), "um", "root mean square residual", _FIT),
     "correlation_share": ((), "1", "share of the residuals that is correlated with its neighbours'", _SEBER),
     "correlation_length_profile": ((), "mm", "correlation length of the residuals along the profile", _SEBER),
     "correlation_length_face": ((), "mm", "correlation length of the residuals along the face", _SEBER),
@@ -52,7 +52,7 @@ def units_of(name: str) -> str:
 
 
 def labelled(values: Mapping[str, object], attrs: Mapping[str, str], title: str) -> xr.Dataset:
-    """A dataset of quantities of this table; ``<name>_uncertainty`` is the standard uncertainty of ``<name>``.
+    """Dataset of quantities of this table; ``<name>_uncertainty`` is the standard uncertainty of ``<name>``.
 
     Raises
     ------

@@ -1,13 +1,13 @@
 """Registration of a measured flank to the nominal one: datum, best fit, deviations.
 
-A measured tooth stands anywhere about and along its axis. Deviations are counted along the nominal normals, positive
-for material in excess (ISO 1328-1); the datum is what is left open by the measuring machine:
+The rotation of a measured tooth about its axis and its position along it are unknown. Deviations are measured along
+the nominal normals, positive for material in excess (ISO 1328-1). The datum is one of
 
-    "as_measured"   the points are where they should be;
-    "best_fit"      least squares over the chosen motions (rotation about the axis and shift along it unless given).
+    "as_measured"   the points are used as they are;
+    "best_fit"      least squares over the chosen motions (default: rotation about the axis and shift along it).
 
-Best fits weigh the points in one of three ways: "all" alike, "unworn" those of a given mask alone, or "one_sided"
-(default) those that lie at or above the fit (`semiwear.measured.robust`), since wear only takes material away.
+A best fit has one of three weightings: "all" points with equal weight, "unworn" only those of a given mask, or
+"one_sided" (default) those at or above the fit (`semiwear.measured.robust`), since wear only removes material.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
 _PASSES = 60
-_SETTLED = 1e-9  # mm, of movement along any normal: a nanometre's thousandth
+_SETTLED = 1e-9  # mm, last displacement along any normal
 _LEAST_INSIDE = 0.2  # of the points
 _DATUMS = ("best_fit", "as_measured")
 _FITS = ("one_sided", "all", "unworn")
@@ -74,7 +74,7 @@ class OnFlank:
         return out
 
     def where(self) -> dict[str, object]:
-        """Where the points lie, as quantities of a dataset."""
+        """Positions of the points, as quantities of a dataset."""
         height, radius = self.flank.place(self.face, self.profile)
         return {
             "flank_profile": self.profile,
@@ -95,13 +95,13 @@ class Registration(OnFlank):
     deviation : array [mm]
         Positive for material in excess; 0 where not inside.
     weights : array
-        Of the fit; as `inside` without one.
+        Weights of the fit; as `inside` without a fit.
     amounts : mapping of str to float [rad, mm]
         Fitted motions.
     errors : mapping of str to float [rad, mm]
         Their standard uncertainties.
     held : tuple of str
-        Motions that were asked for and that this flank cannot tell.
+        Requested motions that this flank does not determine.
     noise : Estimate or None
     """
 
@@ -113,7 +113,7 @@ class Registration(OnFlank):
     noise: Estimate | None
 
     def to_dataset(self, attrs: dict[str, str]) -> xr.Dataset:
-        """Deviations in um, the datum with its uncertainties, and the root mean square of what is left."""
+        """Deviations in um, the datum with its uncertainties, and the root mean square residual."""
         values = {"deviation": _UM * self.deviation, **self.where(), "weight": self.weights}
         for name, amount in self.amounts.items():
             factor = _ARCSEC if units_of(name) == "arcsec" else 1.0
@@ -133,7 +133,7 @@ class Registration(OnFlank):
 def grid_places(profile: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean profile coordinate of a grid's rows and mean face coordinate of its columns [mm]."""
     rows, columns = profile.mean(axis=1), face.mean(axis=0)
-    if np.ptp(columns) < np.ptp(face.mean(axis=1)):  # the grid was measured the other way round
+    if np.ptp(columns) < np.ptp(face.mean(axis=1)):  # rows and columns were exchanged in the measurement
         rows, columns = face.mean(axis=1), profile.mean(axis=0)
     return rows, columns
 
@@ -154,32 +154,33 @@ def register(
     ----------
     scene : Scene
     measured : path, (P, F, 3) array [mm], PointGrid or DeviationGrid
-        Points in the body's own frame (z is its axis), or deviations, which count as registered already.
+        Points in the body's own frame (z is its axis), or deviations, which are taken as registered.
     body : str
         ``"pinion"`` or ``"gear"``.
     datum : str
         ``"best_fit"`` (default) or ``"as_measured"``.
     fit : str
-        Points that a best fit goes by: ``"one_sided"`` (default), ``"all"`` or ``"unworn"``, those of `unworn`.
+        Points of the best fit: ``"one_sided"`` (default), ``"all"`` or ``"unworn"``, those of `unworn`.
     unworn : (P, F) bool array, optional
         Points that have not worn.
     motions : sequence of str
-        What a best fit moves: of ``"rotation"``, ``"axial"`` (both by default), ``"radial"``, ``"tangential"``,
-        ``"tilt_radial"``, ``"tilt_tangential"``. A motion that this flank cannot tell (a spur flank: along its axis)
-        or not by itself (a helical one: along its axis beside about it) is held, and listed in the attribute `held`.
+        Motions of the best fit: of ``"rotation"``, ``"axial"`` (both by default), ``"radial"``, ``"tangential"``,
+        ``"tilt_radial"``, ``"tilt_tangential"``. A motion that the flank does not determine (a spur flank: along its
+        axis), or not separately (a helical flank: along its axis as well as about it), is not fitted and listed in
+        the attribute `held`.
 
     Returns
     -------
     Dataset
-        `deviation` [um] over (profile, face), positive for material in excess; where the points lie (`flank_profile`,
-        `flank_face`, `flank_height`, `flank_radius`, `inside`); the datum that was found: `rotation` [arcsec] and
-        `axial` [mm], with standard uncertainties (``_uncertainty``) that account for the correlation of neighbours
-        (`semiwear.measured.correlated`); `residual_rms` [um].
+        `deviation` [um] over (profile, face), positive for material in excess; positions of the points
+        (`flank_profile`, `flank_face`, `flank_height`, `flank_radius`, `inside`); the fitted datum: `rotation`
+        [arcsec] and `axial` [mm], with standard uncertainties (``_uncertainty``) that account for the correlation of
+        neighbours (`semiwear.measured.correlated`); `residual_rms` [um].
 
     Raises
     ------
     SceneError
-        For points that are not finite, too few, in other units, of another flank or beside it.
+        For points that are not finite, too few, in other units, of another flank or outside it.
 
     Examples
     --------
@@ -209,7 +210,7 @@ def registered(
     motions: Sequence[str] = DATUM,
     field: str = "measured",
 ) -> Registration:
-    """As `register`, of a nominal flank."""
+    """As `register`, with a nominal flank."""
     for name, value, allowed in (("datum", datum, _DATUMS), ("fit", fit, _FITS)):
         if value not in allowed:
             raise SceneError.of(name, value, one_of(allowed))
@@ -233,7 +234,7 @@ def _mask(unworn: ArrayLike | None, fit: str, shape: tuple[int, ...]) -> BoolArr
 
 
 def _of_deviations(flank: NominalFlank, grid: DeviationGrid, field: str) -> Registration:
-    """A grid of deviations, where it says that it lies."""
+    """Registration of a grid of deviations, at the coordinates that it gives."""
     low, high = flank.face_ends
     face = low + (grid.face * (high - low) if grid.face_unit == "1" else grid.face)
     face = np.broadcast_to(face, grid.deviation.shape)
@@ -241,7 +242,7 @@ def _of_deviations(flank: NominalFlank, grid: DeviationGrid, field: str) -> Regi
     along = grid.profile[:, None]
     profile = root + (along * (tip - root) if grid.profile_unit == "1" else along)
     inside = (profile <= tip + 1e-3) & (face <= high + 1e-3) & (profile >= root - 1e-3) & (face >= low - 1e-3)
-    _enough(inside, field)
+    _require_inside(inside, field)
     deviation = np.where(inside, grid.deviation, 0.0)
     return Registration(flank, face, profile, inside, deviation, inside.astype(float), {}, {}, (), None)
 
@@ -254,48 +255,48 @@ def _of_points(
     if "rotation" in motions.names:
         moved = Displacement.about_axis(turned_by(flank, points))
     at: Feet | None = None
-    telling = np.zeros(len(motions.names), dtype=bool)
+    fitted = np.zeros(len(motions.names), dtype=bool)
     weights = mask.astype(float)
     for k in range(_PASSES):
         at = _measured_feet(flank, grid, moved, at)
         if k == 0:
-            _enough(at.inside, field)
+            _require_inside(at.inside, field)
             check_side(at.normals, moved.undo(points), at.inside, field)
         counts = (mask & at.inside).ravel()
         modes = motions.modes(at.points, at.normals).reshape(counts.size, -1)
-        telling = determined(modes[counts])
-        if not telling.any():
+        fitted = determined(modes[counts])
+        if not fitted.any():
             weights = counts.astype(float).reshape(mask.shape)
             break
-        if counts.sum() <= 2 * telling.sum():
+        if counts.sum() <= 2 * fitted.sum():
             raise SceneError.of(field, f"{int(counts.sum())} points to fit", "more", "choose other unworn points")
-        amounts = np.zeros(telling.size)
+        amounts = np.zeros(fitted.size)
         noise = local_noise(at.deviation, at.inside)
-        amounts[telling], flat = _fitted(at.deviation.ravel(), modes[:, telling], counts, fit, noise)
+        amounts[fitted], flat = _fitted(at.deviation.ravel(), modes[:, fitted], counts, fit, noise)
         weights = flat.reshape(mask.shape)
         moved = moved.after(motions.displacement(amounts))
         if np.abs(modes[counts] @ amounts).max() < _SETTLED:
             break
     at = _measured_feet(flank, grid, moved, at)
-    _enough(at.inside, field)
-    names = [name for name, tells in zip(motions.names, telling, strict=True) if tells]
-    every = motions.amounts(moved)
+    _require_inside(at.inside, field)
+    names = [name for name, is_fitted in zip(motions.names, fitted, strict=True) if is_fitted]
+    all_amounts = motions.amounts(moved)
     estimated = None
     errors: dict[str, float] = {}
     weights = np.where(at.inside, weights, 0.0)
     if names:
-        shown = motions.modes(at.points, at.normals)[..., telling]
-        estimated = estimate(at.deviation, shown, weights, *grid_places(at.profile, at.face))
+        fitted_modes = motions.modes(at.points, at.normals)[..., fitted]
+        estimated = estimate(at.deviation, fitted_modes, weights, *grid_places(at.profile, at.face))
         errors = dict(zip(names, map(float, estimated.errors), strict=True))
     held = tuple(name for name in motions.names if name not in names)
     face, profile = _held_to_flank(flank, at)
     deviation = np.where(at.inside, at.deviation, 0.0)
-    amounts_found = {name: every[name] for name in names}
-    return Registration(flank, face, profile, at.inside, deviation, weights, amounts_found, errors, held, estimated)
+    fitted_amounts = {name: all_amounts[name] for name in names}
+    return Registration(flank, face, profile, at.inside, deviation, weights, fitted_amounts, errors, held, estimated)
 
 
 def _measured_feet(flank: NominalFlank, grid: PointGrid, moved: Displacement, start: Feet | None) -> Feet:
-    """Feet of a grid; those of points that were not measured lie nowhere."""
+    """Feet of a grid's points; points that were not measured are not inside."""
     at = feet(flank, moved.undo(grid.points), start)
     return at if grid.counts is None else replace(at, inside=at.inside & grid.counts)
 
@@ -311,14 +312,14 @@ def _fitted(
 
 
 def _held_to_flank(flank: NominalFlank, at: Feet) -> tuple[FloatArray, FloatArray]:
-    """Flank coordinates of feet, those beyond the ends held at them [mm]."""
+    """Flank coordinates of feet, limited to the ends of the flank [mm]."""
     low, high = flank.face_ends
     face = np.clip(at.face, low, high)
     root, tip = flank.limits(face)
     return face, np.clip(at.profile, root, tip)
 
 
-def _enough(inside: BoolArray, field: str) -> None:
+def _require_inside(inside: BoolArray, field: str) -> None:
     if inside.sum() < max(16, _LEAST_INSIDE * inside.size):
         raise SceneError.of(
             field,

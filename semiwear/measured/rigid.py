@@ -15,23 +15,23 @@ from semiwear.plain_text import one_of
 from semiwear.scene.closest import closest
 
 MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
-"""Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
+"""Small motions of a body: about and along its axis; shifts towards the flank and across; tilts about these two."""
 
 TURNS = ("rotation", "tilt_radial", "tilt_tangential")
 """Motions that are rotations; the others are shifts."""
 
 DATUM = MOTIONS[:2]
-"""Placement that a measuring machine leaves open: where the tooth stands about the axis, and along it."""
+"""Position of the tooth that a measuring machine leaves open: rotation about the axis and shift along it."""
 
-# row of the frame that a motion is along or about
+# row of the frame: direction of a shift or axis of a rotation
 _DIRECTION = {"rotation": 0, "axial": 0, "radial": 1, "tilt_radial": 1, "tangential": 2, "tilt_tangential": 2}
-_TELLABLE = 1e-5  # share of a motion that must not be a mixture of the ones before it
-_NOTHING = 1e-9  # mm/mm or mm/rad: a motion that moves flanks no more than this along their normals is not felt
+_INDEPENDENT = 1e-5  # least part of a motion that is no linear combination of the previous motions
+_LEAST_MODE = 1e-9  # mm/mm or mm/rad: least displacement along the normals
 
 
 @dataclass(frozen=True)
 class Displacement:
-    """measured = turn @ nominal + shift.
+    """Rigid displacement: measured = turn @ nominal + shift.
 
     Attributes
     ----------
@@ -58,11 +58,11 @@ class Displacement:
         return points @ self.turn.T + self.shift
 
     def undo(self, points: FloatArray) -> FloatArray:
-        """Points before they were displaced, (..., 3) [mm]."""
+        """Points before the displacement, (..., 3) [mm]."""
         return (points - self.shift) @ self.turn
 
     def after(self, first: Displacement) -> Displacement:
-        """The displacement that does `first` and then this one."""
+        """`first` followed by this displacement."""
         return Displacement(self.turn @ first.turn, self.turn @ first.shift + self.shift)
 
 
@@ -73,9 +73,9 @@ class Motions:
     Attributes
     ----------
     names : tuple of str
-        Which of `MOTIONS`.
+        Some of `MOTIONS`.
     centre : (3,) array [mm]
-        On the axis, beside the middle of the flank.
+        Point of the axis at the height of the middle of the flank.
     frame : (3, 3) array
         Rows: axis, radial direction (from the axis to the middle of the flank), tangential direction.
     """
@@ -85,7 +85,7 @@ class Motions:
     frame: FloatArray
 
     def modes(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        """Movement of flank points along their normals per unit of each motion, (..., motions) [mm/rad or 1]."""
+        """Displacement of flank points along their normals per unit of each motion, (..., motions) [mm/rad or 1]."""
         columns = []
         for name in self.names:
             direction = self.frame[_DIRECTION[name]]
@@ -127,7 +127,7 @@ def require_motions(names: object, field: str) -> tuple[str, ...]:
     Raises
     ------
     SceneError
-        For one name without a list about it, and for names that are not in `MOTIONS`.
+        For a name that is not in a list, and for names that are not in `MOTIONS`.
     """
     fix = '() for none, ("rotation",) for one'
     if isinstance(names, str) or not isinstance(names, Iterable):
@@ -151,22 +151,23 @@ def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:
 
 
 def determined(modes: FloatArray) -> BoolArray:
-    """Which motions a flank can tell: (motions,) bool from modes (points, motions).
+    """Motions that a flank determines: (motions,) bool from modes (points, motions).
 
-    A shift along the axis moves no point of a spur flank along its normal, and those of a helical one as a
-    rotation does: a motion that moves none, or all as a mixture of the motions before it does, is left out.
+    A shift along the axis moves no point of a spur flank along its normal, and those of a helical flank as a rotation
+    does. A motion whose displacements are zero, or a linear combination of those of the previous motions, is not
+    determined.
     """
     size = np.linalg.norm(modes, axis=0)
-    nothing = _NOTHING * np.sqrt(modes.shape[0])
-    kept: list[FloatArray] = []
-    tellable = np.zeros(modes.shape[1], dtype=bool)
+    least = _LEAST_MODE * np.sqrt(modes.shape[0])
+    basis: list[FloatArray] = []
+    independent = np.zeros(modes.shape[1], dtype=bool)
     for k in range(modes.shape[1]):
         rest = modes[:, k].copy()
-        for _ in range(2):  # the second pass removes what rounding left
-            for basis in kept:
-                rest -= (basis @ rest) * basis
+        for _ in range(2):  # the second pass removes rounding errors
+            for direction in basis:
+                rest -= (direction @ rest) * direction
         length = float(np.linalg.norm(rest))
-        if length > _TELLABLE * size[k] and size[k] > nothing:
-            kept.append(rest / length)
-            tellable[k] = True
-    return tellable
+        if length > _INDEPENDENT * size[k] and size[k] > least:
+            basis.append(rest / length)
+            independent[k] = True
+    return independent

@@ -1,16 +1,16 @@
-"""Weights of least squares for a datum that wear must not draw along.
+"""Weights of least squares for a datum that does not follow the wear.
 
-Wear only takes material away: points that have worn lie below the nominal flank, and a plain best fit would follow
-them down and tell too little wear. One-sided weights leave the points below out:
+Wear only removes material: worn points lie below the nominal flank, and a plain best fit would follow them and give
+too little wear. One-sided weights exclude the points below:
 
     weight 1 for -2.5 s < r < 2.5 s;  below, (1 - x^2)^2 with x = (-r/s - 2.5)/2.5, and 0 from -5 s;  above, 2.5 s/r
 
-with s the standard deviation of the points above, from the median of their distances (times 1.4826); fitted again
-until the weights stand. Below, this is the biweight of Beaton and Tukey (1974, Technometrics 16, 147-185), above the
-weight of Huber, for dust. A fit through everything would hold itself: s shrinks from its scatter step by step to the
-noise from point to point before the points above decide (graduated non-convexity: Blake and Zisserman 1987, Visual
-Reconstruction). It needs some unworn places: where all of a flank has worn evenly, wear and a rotation of the tooth
-are the same thing and no fit can part them.
+with s the standard deviation of the points above, from the median of their distances (times 1.4826); the fit is
+repeated until the weights converge. Below, this is the biweight of Beaton and Tukey (1974, Technometrics 16,
+147-185), above the weight of Huber, against dust. A fit through all points would be a stationary point of this
+iteration. Therefore s is first reduced in steps from the scatter of that fit to the noise from point to point
+(graduated non-convexity: Blake and Zisserman 1987, Visual Reconstruction). The method needs unworn zones: if the
+whole flank has worn evenly, wear cannot be distinguished from a rotation of the tooth.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
 
-_WHOLE, _NONE = 2.5, 5.0  # standard deviations below the fit
+_WHOLE, _NONE = 2.5, 5.0  # standard deviations below the fit: end of weight 1, and begin of weight 0
 _MEDIAN = 1.4826  # from the median distance to the standard deviation of a normal distribution
 _PASSES = 60
 _CHANGE = 1e-6
@@ -29,7 +29,7 @@ _HUBER = 1.345
 
 
 def local_noise(deviation: FloatArray, inside: BoolArray) -> float:
-    """Standard deviation of what is independent from point to point, from second differences [mm].
+    """Standard deviation of the noise from point to point, from second differences [mm].
 
     Parameters
     ----------
@@ -54,16 +54,16 @@ def weighted_fit(modes: FloatArray, values: FloatArray, weights: FloatArray) -> 
 def one_sided_fit(
     deviation: FloatArray, modes: FloatArray, counts: BoolArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Amounts of modes that fit deviations from above, and the weights of the points.
+    """Amounts of modes from a one-sided fit to the deviations, and the weights of the points.
 
     Parameters
     ----------
     deviation : (points,) array [mm]
     modes : (points, motions) array
     counts : (points,) bool array
-        Points that may count.
+        Points of the fit.
     noise : float [mm]
-        `local_noise`: down to this the fit looks for the points above.
+        `local_noise`, lower limit of the scatter s.
     """
     weights = counts.astype(float)
     amounts = weighted_fit(modes, deviation, weights)
@@ -77,7 +77,7 @@ def one_sided_fit(
         above = rest[counts & (rest > 0.0)]
         scatter = max(_MEDIAN * float(np.median(above)) if above.size else 0.0, noise)
         found = _weights(rest, counts, scatter)
-        # half-way: two sets of points must not take turns
+        # damped, so that the weights do not alternate between two sets of points
         changed = float(np.abs(found - weights).max())
         weights = 0.5 * (weights + found)
         amounts = weighted_fit(modes, deviation, weights)
@@ -95,15 +95,15 @@ def _weights(rest: FloatArray, counts: BoolArray, scatter: float) -> FloatArray:
 def huber_weights(residual: FloatArray, inside: BoolArray, scatter: float | None = None) -> FloatArray:
     """Weights of Huber (1964, Ann. Math. Stat. 35, 73-101), tuned at 1.345 standard deviations; 0 outside.
 
-    The standard deviation is that of the residuals, from their median distance, unless given.
+    The default of the standard deviation is that of the residuals, from their median absolute value.
     """
-    shown = np.abs(residual)
-    found = _MEDIAN * float(np.median(shown[inside])) if scatter is None else scatter
-    weights = np.minimum(1.0, _HUBER * max(found, _LEAST) / np.maximum(shown, 1e-300))
+    size = np.abs(residual)
+    deviation = _MEDIAN * float(np.median(size[inside])) if scatter is None else scatter
+    weights = np.minimum(1.0, _HUBER * max(deviation, _LEAST) / np.maximum(size, 1e-300))
     return np.where(inside, weights, 0.0)
 
 
 def huber_loss(residual: FloatArray, scatter: float) -> float:
-    """Huber's loss, half the squares of standard deviations where these are few."""
+    """Huber's loss: half the square of the residual over the scatter up to 1.345, linear beyond."""
     x = np.abs(residual) / max(scatter, _LEAST)
     return float(np.sum(np.where(x < _HUBER, 0.5 * x**2, _HUBER * (x - 0.5 * _HUBER))))

@@ -1,6 +1,7 @@
 """Files with profile and lead traces: tables (.csv) and the curve files of Klingelnberg machines (.mka).
 
-CSV, separated by commas, semicolons or tabs; one line a point, in any order; lines that begin with # are skipped:
+CSV, separated by commas, semicolons or tabs; one line for each point, in any order; lines that begin with # are
+skipped:
 
     kind, tooth, flank, diameter_mm, z_mm, deviation_um
     profile, 1, left, 54.2, 7.0, -1.3
@@ -14,13 +15,13 @@ MKA: text that begins with ``HEADER KS.MK.FILE`` or holds curves under lines suc
     Profil:  Zahn-Nr.: 1 links / 480 Werte / z= 12.5
     Flankenlinie:  Zahn-Nr.: 1 rechts / 480 Werte / d= 65.1
 
-with deviations in um, and -2147483.648 for points not measured. The ranges stand in its header: da and de, the
-diameters between which profiles run, ba and be, the places between which leads run; the first number is the left
-flank's, the second the right one's. A lead at ``x=`` tells its length of roll. Points are taken to be even in the
-length of roll of a profile, and along the axis of a lead.
+with deviations in um, and -2147483.648 for points not measured. The header gives the ranges: da and de, the start and
+end diameters of profiles, ba and be, the start and end of leads along the axis; the first number is for the left
+flank, the second for the right flank. A lead with ``x=`` is given by its length of roll. Points are assumed to be
+equidistant in the length of roll of a profile, and along the axis for a lead.
 
 There is no public definition of the MKA format; the layout is that of files of the software STI (versions 3 to 5), in
-German. GDE files (VDI/VDE 2610), whose names of elements are not public either, are not read: export curves as CSV.
+German. GDE files (VDI/VDE 2610), whose element names are not public either, are not read: export curves as CSV.
 """
 
 from __future__ import annotations
@@ -52,20 +53,20 @@ _COLUMNS = ("kind", "tooth", "flank", "z_mm", "deviation_um")
 
 
 def read_traces(path: str | os.PathLike[str], *, base_diameter: float | None = None) -> tuple[Trace, ...]:
-    """Traces of a file, for `flank_from_traces`.
+    """Profile and lead traces from a file, for `flank_from_traces`.
 
     Parameters
     ----------
     path : path
-        A .csv or .mka file, laid out as the module says.
+        A .csv or .mka file, see the module's description of both formats.
     base_diameter : float, optional
-        Of the body [mm], by which lengths of roll become diameters; .mka files need it, .csv files where they give
+        Of the body [mm], to convert lengths of roll to diameters; needed for .mka files, and for .csv files with
         lengths of roll.
 
     Raises
     ------
     SceneError
-        Naming the file, what is wrong with it, and where.
+        With the file, its defect, and its position.
     """
     file = Path(path)
     if not file.is_file():
@@ -76,7 +77,7 @@ def read_traces(path: str | os.PathLike[str], *, base_diameter: float | None = N
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        text = data.decode("latin-1")  # machines in the workshop
+        text = data.decode("latin-1")  # written by many measuring machines
     if file.suffix.casefold() == ".csv":
         return _from_csv(text, file, base_diameter)
     if file.suffix.casefold() == ".mka":
@@ -84,8 +85,8 @@ def read_traces(path: str | os.PathLike[str], *, base_diameter: float | None = N
     raise SceneError.of("path", str(file), _ALLOWED, "name it .csv or .mka, whichever it is")
 
 
-def _refused(file: Path, what: str, allowed: str, fix: str = "export it again") -> SceneError:
-    return SceneError.of("traces", f"{file}: {what}", allowed, fix)
+def _refused(file: Path, found: str, allowed: str, fix: str = "export it again") -> SceneError:
+    return SceneError.of("traces", f"{file}: {found}", allowed, fix)
 
 
 def _rolled(length: FloatArray, base_diameter: float | None, file: Path) -> FloatArray:
@@ -143,13 +144,13 @@ def _from_mka(text: str, file: Path, base_diameter: float | None) -> tuple[Trace
     lines = text.splitlines()
     ranges: dict[str, FloatArray] = {}
     for line in lines:
-        said = _PREAMBLE.match(line)
-        if said is not None and not said["value"].casefold().startswith(_EXPECTED[said["key"]]):
+        setting = _PREAMBLE.match(line)
+        if setting is not None and not setting["value"].casefold().startswith(_EXPECTED[setting["key"]]):
             allowed = "ranges as diameters, in millimetres"
-            raise _refused(file, f"{said['key']} {said['value']}", allowed, "export it with these, or as CSV")
-        told = _RANGE.search(line.strip())
-        if told is not None:
-            ranges[told["name"]] = np.array([float(value) for value in _NUMBER.findall(told["values"])])
+            raise _refused(file, f"{setting['key']} {setting['value']}", allowed, "export it with these, or as CSV")
+        limits = _RANGE.search(line.strip())
+        if limits is not None:
+            ranges[limits["name"]] = np.array([float(value) for value in _NUMBER.findall(limits["values"])])
     heads = [(k, found) for k, line in enumerate(lines) if (found := _HEAD.search(line)) is not None]
     if not heads:
         raise _refused(file, "no curves", "lines such as: Profil: Zahn-Nr.: 1 links / 480 Werte / z= 12.5")
@@ -171,8 +172,8 @@ def _curve(
             break
         values += [float(word) for word in words]
     if len(values) != count or count < 2:
-        found = f"tooth {head['tooth']} {head['side']}: {len(values)} values, its head says {count}"
-        raise _refused(file, found, "as many as its head says", "it is cut off or damaged: export it again")
+        found = f"tooth {head['tooth']} {head['side']}: {len(values)} values, {count} in its heading"
+        raise _refused(file, found, "as many as in its heading", "it is cut off or damaged: export it again")
     side = FLANKS.index(flank)
     share, deviation = np.linspace(0.0, 1.0, count), np.array(values)
     if head["axis"] == "z":
@@ -181,17 +182,17 @@ def _curve(
         if base_diameter is None:
             raise SceneError.of("base_diameter", None, f"the base diameter of the body measured in {file}",
                                 "base_diameter = m_t z cos(alpha_t)")  # fmt: skip
-        rolls = [np.sqrt(max((0.5 * one) ** 2 - (0.5 * base_diameter) ** 2, 0.0)) for one in (start, end)]
+        rolls = [np.sqrt(max((0.5 * limit) ** 2 - (0.5 * base_diameter) ** 2, 0.0)) for limit in (start, end)]
         diameter = _rolled(rolls[0] + share * (rolls[1] - rolls[0]), base_diameter, file)
         z = np.full(count, place)
     else:
         kind = "lead"
         start, end = (_of_side(ranges[name], side) for name in ("ba", "be"))
         z = start + share * (end - start)
-        one = np.array([place])
-        diameter = np.full(count, (one if head["axis"] == "d" else _rolled(one, base_diameter, file))[0])
-    there = deviation > _UNDEFINED
-    return Trace(kind, flank, int(head["tooth"]), diameter[there], z[there], deviation[there])
+        given = np.array([place])
+        diameter = np.full(count, (given if head["axis"] == "d" else _rolled(given, base_diameter, file))[0])
+    known = deviation > _UNDEFINED
+    return Trace(kind, flank, int(head["tooth"]), diameter[known], z[known], deviation[known])
 
 
 def _of_side(values: FloatArray, side: int) -> float:

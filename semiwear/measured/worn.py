@@ -1,4 +1,4 @@
-"""Measured wear: two measurements of a flank, before and after, or one against the nominal flank."""
+"""Measured wear: from measurements of a flank before and after, or from one measurement and the nominal flank."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import Scene
 
 Measured = str | os.PathLike[str] | ArrayLike | Measurement | xr.Dataset
-"""A measurement, or a dataset that `register` or `measured_wear` made of one."""
+"""A measurement, or a dataset of `register` or `measured_wear`."""
 
 _UM = 1e3
 _SAME_PLACE = 1e-4  # mm
@@ -30,7 +30,7 @@ _LEAST_POINTS = 16
 
 @dataclass(frozen=True)
 class MeasuredWear(OnFlank):
-    """Wear that was measured.
+    """Measured wear at the points of a grid.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class MeasuredWear(OnFlank):
     depth: FloatArray
 
     def to_dataset(self, attrs: dict[str, str]) -> xr.Dataset:
-        """`wear_depth` [um] and where the points lie."""
+        """`wear_depth` [um] and the positions of the points."""
         return labelled({"wear_depth": _UM * self.depth, **self.where()}, attrs, "measured wear")
 
 
@@ -60,25 +60,25 @@ def measured_wear(
     ----------
     scene : Scene
     after : path, (P, F, 3) array [mm], PointGrid, DeviationGrid or Dataset
-        Worn flank; a Dataset is what `register` gave.
+        Worn flank; a Dataset is that of `register`.
     before : the same, optional
-        Unworn flank of the same tooth. Without it the flank is taken to have been nominal, with the modifications
-        that the scene gives it; form errors of the new tooth then count as wear.
+        Unworn flank of the same tooth. Without it the unworn flank is assumed to be nominal, with the modifications
+        of the scene; form errors of the new tooth then count as wear.
     body : str
     datum, fit : str
-        As for `register`; the measurement before wear is fitted to "all" of its points. What is left of an error in
-        the datum is again open in `calibrate` and `compare_wear`.
+        As for `register`; the measurement before wear is fitted to "all" of its points. `calibrate` and
+        `compare_wear` fit the datum again and so correct a remaining error.
 
     Returns
     -------
     Dataset
-        `wear_depth` [um] over (profile, face), positive for material removed, and where the points lie. Negative
-        values are noise, build-up or an error of the datum.
+        `wear_depth` [um] over (profile, face), positive for material removed, and the positions of the points.
+        Negative values are noise, build-up or an error of the datum.
 
     Raises
     ------
     SceneError
-        As `register`; also where the two measurements share no place.
+        As `register`; also if the two measurements do not overlap.
 
     Examples
     --------
@@ -116,8 +116,8 @@ def as_wear(
         new = -_modified(scene, flank, worn)
         counts = worn.inside
     else:
-        first = _deviations(flank, before, datum, "all", "before")
-        new, counts = _at_places_of(first, worn)
+        unworn = _deviations(flank, before, datum, "all", "before")
+        new, counts = _at_points_of(unworn, worn)
     if counts.sum() < _LEAST_POINTS:
         raise SceneError.of(
             field, f"{int(counts.sum())} points in common", f"{_LEAST_POINTS} points or more",
@@ -127,7 +127,7 @@ def as_wear(
 
 
 def _deviations(flank: NominalFlank, measured: Measured, datum: str, fit: str, field: str) -> MeasuredWear:
-    """A measurement with its deviations in place of the depth."""
+    """Registered measurement, with its deviations in the field `depth`."""
     if isinstance(measured, xr.Dataset):
         return _from_dataset(flank, measured, "deviation", field)
     found = registered(flank, read_measured(measured, field), datum=datum, fit=fit, field=field)
@@ -136,15 +136,15 @@ def _deviations(flank: NominalFlank, measured: Measured, datum: str, fit: str, f
 
 def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) -> MeasuredWear:
     body = BODIES[flank.body]
-    said = str(data.attrs.get("body", body))
-    if said != body:
-        raise SceneError.of(field, f"a flank of the {said}", f"one of the {body}", f'body = "{said}"')
-    missing = [one for one in (name, "flank_profile", "flank_face", "inside") if one not in data]
+    other = str(data.attrs.get("body", body))
+    if other != body:
+        raise SceneError.of(field, f"a flank of the {other}", f"one of the {body}", f'body = "{other}"')
+    missing = [variable for variable in (name, "flank_profile", "flank_face", "inside") if variable not in data]
     if missing:
         raise SceneError.of(field, f"a dataset without {missing[0]}", "one that register or measured_wear made")
     face, profile, values = (
-        np.asarray(data[one].transpose("profile", "face").values, float)
-        for one in ("flank_face", "flank_profile", name)
+        np.asarray(data[variable].transpose("profile", "face").values, float)
+        for variable in ("flank_face", "flank_profile", name)
     )
     inside = np.asarray(data["inside"].transpose("profile", "face").values).astype(bool)
     if not all(np.all(np.isfinite(entry)) for entry in (face, profile, values)):
@@ -153,7 +153,7 @@ def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) 
 
 
 def _modified(scene: Scene, flank: NominalFlank, at: MeasuredWear) -> FloatArray:
-    """Depth of the deviations that the scene gives to the flank, at some places [mm]."""
+    """Depth of the flank deviations of the scene, at the points of a measurement [mm]."""
     root, tip = flank.limits(at.face)
     depth = np.zeros(at.face.shape)
     for deviation in deviations_of(scene.effects.present(), flank.body):
@@ -161,13 +161,13 @@ def _modified(scene: Scene, flank: NominalFlank, at: MeasuredWear) -> FloatArray
     return depth
 
 
-def _at_places_of(first: MeasuredWear, second: MeasuredWear) -> tuple[FloatArray, BoolArray]:
-    """Values of a measurement at the places of another, and where both count; linear between points."""
+def _at_points_of(first: MeasuredWear, second: MeasuredWear) -> tuple[FloatArray, BoolArray]:
+    """Values of the first measurement, linear between its points, at those of the second, and where both count."""
     if first.face.shape == second.face.shape:
-        apart = max(
+        distance = max(
             float(np.abs(a - b).max()) for a, b in ((first.face, second.face), (first.profile, second.profile))
         )
-        if apart <= _SAME_PLACE:
+        if distance <= _SAME_PLACE:
             return first.depth, first.inside & second.inside
     low, high = first.flank.face_ends
 
@@ -175,7 +175,7 @@ def _at_places_of(first: MeasuredWear, second: MeasuredWear) -> tuple[FloatArray
         root, tip = at.flank.limits(at.face)
         return np.stack([(at.face - low) / (high - low), (at.profile - root) / (tip - root)], axis=-1)
 
-    known = LinearNDInterpolator(fractions(first)[first.inside], first.depth[first.inside], fill_value=np.nan)
-    values = known(fractions(second))
+    first_values = LinearNDInterpolator(fractions(first)[first.inside], first.depth[first.inside], fill_value=np.nan)
+    values = first_values(fractions(second))
     counts = second.inside & np.isfinite(values)
     return np.where(counts, values, 0.0), counts

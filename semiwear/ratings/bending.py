@@ -15,7 +15,7 @@ from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated
 from semiwear.scene import rating_tables as tables
 
-# Load cycles and life factors Y_NT of the groups of materials in ISO 6336-3, table 3; the last is that of the scene.
+# Load cycles and life factors Y_NT of the groups of materials in ISO 6336-3, table 3; the scene gives the last point.
 _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
     "normalized": ((1e4, 2.5), (3e6, 1.0)),
     "through_hardened": ((1e4, 2.5), (3e6, 1.0)),
@@ -25,18 +25,18 @@ _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
     "nitrocarburized": ((1e3, 1.1), (3e6, 1.0)),
 }
 _END = 1e10
-_STRESS_CORRECTION = 2.0  # Y_ST of the test gears that sigma_Flim is of
+_STRESS_CORRECTION = 2.0  # Y_ST of the test gears for sigma_Flim
 
-_NEEDLESS: dict[str, str] = {
-    "Y_F, Y_S": "1: the root stress is that of the fillet itself, notch and all",
-    "Y_epsilon, Y_DT": "1: loads are shared by solving the contact, and every roll position is rated",
-    "Y_beta": "1: oblique contact lines load the solved tooth",
+_UNITY_FACTORS: dict[str, str] = {
+    "Y_F, Y_S": "1: the root stress is that of the fillet itself, with its notch effect",
+    "Y_epsilon, Y_DT": "1: the load sharing is solved, and every roll position is rated",
+    "Y_beta": "1: the tooth is solved under its oblique contact lines",
     "Y_B": "1: the rim is part of the tooth's compliance",
 }
 
 
 def life_points(group: str, factor_at_end: float) -> tuple[tuple[float, float], ...]:
-    """Load cycles and life factors Y_NT between which the curve is straight (ISO 6336-3:2019, table 3).
+    """Load cycles and life factors Y_NT of the corners of the life curve (ISO 6336-3:2019, table 3).
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def relative_surface_factor(group: str, roughness: float) -> float:
     group : str
         As in `life_points`.
     roughness : float [um]
-        Rz of the fillet; below 1 um it counts as 1.
+        Rz of the fillet; values below 1 um count as 1 um.
     """
     rz = max(roughness, 1.0)
     if group == "normalized":
@@ -78,8 +78,8 @@ def relative_notch_sensitivity_factor(notch_parameter: float, slip_layer: float)
     slip_layer : float [mm]
         rho': 0.0030 of case-hardened steel, 0.1005 nitrided, 0.0833 to 0.0014 of steel by its yield strength.
     """
-    own, test = (0.2 * (1.0 + 2.0 * q) for q in (notch_parameter, 2.5))
-    return (1.0 + sqrt(slip_layer * own)) / (1.0 + sqrt(slip_layer * test))
+    gradient, test_gradient = (0.2 * (1.0 + 2.0 * q) for q in (notch_parameter, 2.5))
+    return (1.0 + sqrt(slip_layer * gradient)) / (1.0 + sqrt(slip_layer * test_gradient))
 
 
 def size_factor(group: str, module: float) -> float:
@@ -104,8 +104,8 @@ def bending_curve(
 ) -> LifeCurve:
     """Permissible root stress over load cycles.
 
-    Notch sensitivity, surface and size count in full from the reference number of cycles on and not at all in static
-    strength.
+    Notch sensitivity, surface and size have their full influence from the reference number of cycles on, and none on
+    static strength.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def bending_curve(
     surface_and_size : float
         Y_R_relT Y_X.
     mean_stress : float
-        Y_M, which counts throughout.
+        Y_M, for all numbers of cycles.
     """
     stress = limit * _STRESS_CORRECTION * mean_stress
     return LifeCurve.of_factors(life_points(group, factor_at_end), stress, notch * surface_and_size)
@@ -129,7 +129,7 @@ def bending_curve(
 class Bending:
     """Safety against tooth breakage S_F from the local root stress.
 
-    A point of the flank has the safety of the tooth's root while the load passes there.
+    The safety at a point of the flank is that of the tooth root while the contact passes this point.
 
     Attributes
     ----------
@@ -147,12 +147,12 @@ class Bending:
 
     @classmethod
     def of(cls, table: tables.Bending, module: float) -> Bending:
-        """The mode that a scene's table asks for; `module` is the normal one [mm]."""
+        """The mode of a scene's table; `module` is the normal module [mm]."""
         bodies = (
             ("pinion", table.pinion_limit_MPa, table.pinion_life_curve),
             ("gear", table.gear_limit_MPa, table.gear_life_curve),
         )
-        curves, told = [], {}
+        curves, factors = [], {}
         for body, limit, group in bodies:
             surface = relative_surface_factor(group, table.root_roughness_Rz_um)
             size = size_factor(group, module) if table.size_factor is None else table.size_factor
@@ -166,10 +166,10 @@ class Bending:
                     table.mean_stress_factor,
                 )
             )
-            told[f"Y_R_relT of the {body}"] = f"{surface:.4g}: Rz {table.root_roughness_Rz_um:g} um"
+            factors[f"Y_R_relT of the {body}"] = f"{surface:.4g}: Rz {table.root_roughness_Rz_um:g} um"
             how = "given" if table.size_factor is not None else f"module {module:.4g} mm"
-            told[f"Y_X of the {body}"] = f"{size:.4g}: {how}"
-        told |= {
+            factors[f"Y_X of the {body}"] = f"{size:.4g}: {how}"
+        factors |= {
             "Y_delta_relT": f"{table.notch_sensitivity_factor:g}: given or its default",
             "Y_M": f"{table.mean_stress_factor:g}: given or its default",
         }
@@ -177,15 +177,15 @@ class Bending:
             (curves[0], curves[1]),
             table.load_factor,
             table.required_safety,
-            told | _NEEDLESS | load_factors(table),
+            factors | _UNITY_FACTORS | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:
         """Safeties at every wear step."""
-        stress = np.array([[_on_flanks(contact) for contact in step.contacts] for step in steps])
+        stress = np.array([[_root_stress_on_flanks(contact) for contact in step.contacts] for step in steps])
         return rated_by_cycles(steps, self.load_factor * stress, self.curves, self.required_safety)
 
 
-def _on_flanks(contact: RatedContact) -> np.ndarray:
-    """Root stress while the load is at each node, (body, face, node) [MPa]; loads at edges count as well."""
+def _root_stress_on_flanks(contact: RatedContact) -> np.ndarray:
+    """Root stress while the load is at each node, (body, face, node) [MPa], loads at edges included."""
     return contact.on_flanks(contact.root_stress[..., None], contact.state.loads.force > 0.0)

@@ -1,4 +1,4 @@
-"""Safeties of modes that add up damage, from stresses at the nodes of both flanks."""
+"""Safeties of modes with cumulative damage, from stresses at the nodes of both flanks."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from semiwear.ratings.mode import Rated, life_exponent
 def rated_by_cycles(
     steps: Sequence[WornStep], stress: FloatArray, curves: Sequence[LifeCurve], required_safety: float
 ) -> Rated:
-    """Safeties by Miner's sum of stresses that act on every point once a mesh.
+    """Safeties from Miner's sum, for stresses that act on every point once in each mesh.
 
     Parameters
     ----------
     steps : sequence of WornStep
     stress : (wear_step, load, body, face, node) array [MPa]
-        NaN where none acts.
+        NaN where there is none.
     curves : sequence of LifeCurve
         Of both bodies.
     required_safety : float
-        Raises the stresses whose Miner's sum is told.
+        Factor on the stresses for the damage sum and the life.
     """
     flanks, first = steps[0].flanks, steps[0].contacts
     meshes = np.array([step.meshes for step in steps])
@@ -39,13 +39,13 @@ def rated_by_cycles(
     def lives(required: float) -> FloatArray:
         return np.array([history.life(required) for history in histories]) / flanks.cycles
 
-    worst = [history.least_safeties() for history in histories]
+    least = [history.least_safeties() for history in histories]
     faces = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()
-    at = np.stack([point for _, point in worst], axis=1)
+    at = np.stack([point for _, point in least], axis=1)
     body = np.arange(len(curves))
     missing = at < 0
     return Rated(
-        safety=np.stack([safety for safety, _ in worst], axis=1),
+        safety=np.stack([safety for safety, _ in least], axis=1),
         height=np.where(missing, np.nan, flanks.height.reshape(body.size, -1)[body, at]),
         face=np.where(missing, np.nan, faces[at]),
         flank=np.stack([history.safeties() for history in histories]).reshape(flanks.profile.shape),

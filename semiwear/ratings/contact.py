@@ -1,4 +1,4 @@
-"""Loaded contact as failure modes look at it: local quantities in the contact lines, and on both flanks."""
+"""Input of the failure modes: local quantities of the loaded contact in the contact lines and on both flanks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 @dataclass(frozen=True, eq=False)
 class RatedFlanks:
-    """Nodes of both flanks on which safeties are told.
+    """Nodes of both flanks at which safeties are given.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class RatedFlanks:
 
     @classmethod
     def of(cls, teeth: LoadedTeeth) -> RatedFlanks:
-        """The nodes on which wear is kept."""
+        """The nodes of the wear depths."""
         face, pair = teeth.grid.face, teeth.pair
         profile = np.stack([teeth.driving_profile, teeth.grid.profile])
         height = np.stack([pair.flank_place(body, face[:, None], profile[body])[0] for body in range(len(BODIES))])
@@ -49,20 +49,20 @@ class RatedFlanks:
 class RatedContact:
     """Contact over a mesh cycle on worn flanks, under one load of the spectrum.
 
-    Arrays over (roll, face) tell of every slice of the contact lines at every roll position.
+    Arrays over (roll, face) hold every slice of the contact lines at every roll position.
 
     Attributes
     ----------
     teeth : LoadedTeeth
     state : LoadedState
     share : float
-        Of the meshes; 1 without a spectrum.
+        Fraction of the meshes under this load; 1 without a spectrum.
     flanks : RatedFlanks
     speeds_of : callable
-        The motion of the surfaces, worked out when a mode asks for it.
+        Gives the surface velocities; called only if a mode needs them.
     known_pressures : SlicePressures or None
     known_root_stress : (roll, body) array [MPa] or None
-        What is known of this contact already.
+        Already computed values of this contact, if there are any.
     """
 
     teeth: LoadedTeeth
@@ -75,12 +75,12 @@ class RatedContact:
 
     @cached_property
     def pressures(self) -> SlicePressures:
-        """Greatest pressures: `inner` is 0 where a slice bears nothing or lies at an edge, which is not rated."""
+        """Greatest pressures: `inner` is 0 where a slice bears no load, and at edges, which are not rated."""
         return self.teeth.pressures(self.state) if self.known_pressures is None else self.known_pressures
 
     @property
     def rated(self) -> BoolArray:
-        """Slices that bear away from edges, (roll, face)."""
+        """Slices that bear load and do not lie at an edge, (roll, face)."""
         return self.pressures.inner > 0.0
 
     @cached_property
@@ -101,26 +101,27 @@ class RatedContact:
 
     @cached_property
     def places(self) -> FloatArray:
-        """Where worn flanks touch: profile coordinate on each body's own flank [mm], (body, roll, face)."""
+        """Contact points of the worn flanks: profile coordinate on each body's own flank [mm], (body, roll, face)."""
         driven = np.where(self.rated, self.pressures.place, self.state.coarse.profile)
         return np.stack([self.teeth.lines.on_driving(driven), driven])
 
     def on_flanks(
         self, values: FloatArray, bearing: BoolArray | None = None, worst: np.ufunc = np.fmax
     ) -> FloatArray:
-        """Values in the contact lines as the points of both flanks feel them when the contact passes.
+        """Values at the nodes of both flanks while the contact passes, from values in the contact lines.
 
-        Linear between roll positions, whose own values stand at the nodes next to them, so that no extreme is lost
-        between two; NaN where no contact passes. Slices meet the driving flank beside its stations: there values
-        are linear between slices, and the worst one of each contact line stands at the station next to it.
+        Linear between roll positions; the node next to a roll position also gets the value of that position, so that
+        no extreme is lost between nodes. NaN where no contact passes. Slices touch the driving flank between its
+        stations: there values are linear between slices, and the worst value of each contact line goes to the
+        nearest station.
 
         Parameters
         ----------
         values : array that broadcasts to (body, roll, face)
         bearing : (roll, face) bool array, optional
-            Slices that count; those that are `rated` where left out.
+            Slices that are used; default `rated`.
         worst : ufunc
-            Which of several values at one node stands: `numpy.fmax` of stresses, `numpy.fmin` of safeties.
+            Choice among several values at a node: `numpy.fmax` for stresses, `numpy.fmin` for safeties.
 
         Returns
         -------
@@ -147,7 +148,7 @@ class RatedContact:
     def _at_driving_stations(
         self, values: FloatArray, rated: BoolArray, worst: np.ufunc
     ) -> tuple[FloatArray, BoolArray]:
-        """Values in slices that count, at the stations of the driving flank, and which of these count."""
+        """Values at the stations of the driving flank from those of rated slices, and which stations have one."""
         stations = self.teeth.driving_stations
         found, counts = stations.read_within(values, rated), stations.within(rated)
         rolls = np.flatnonzero(rated.any(axis=1))
@@ -162,7 +163,7 @@ class RatedContact:
 
 @dataclass(frozen=True, eq=False)
 class WornStep:
-    """One wear step as failure modes see it.
+    """Loaded contact at one wear step, input of the failure modes.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""When failure modes fall below their required safeties, and which of them ends the life first."""
+"""Meshes at which safeties fall below those required, and the failure mode that comes first."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from semiwear.ratings.mode import FailureMode, Rated, life_exponent
 
 
 def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -> FloatArray:
-    """Engagements of one gear tooth at which the safety of each body first falls below what is required.
+    """Engagements of one gear tooth at which the safety of each body first falls below the required one.
 
     Linear between wear steps.
 
@@ -26,7 +26,7 @@ def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -
     Returns
     -------
     (body,) array
-        NaN where the run ends before.
+        NaN where the safety stays above it to the end of the run.
     """
     found = np.full(safety.shape[1], np.nan)
     for body in range(found.size):
@@ -41,7 +41,7 @@ def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -
 
 
 def first_failure(ends: FloatArray) -> tuple[int, int] | None:
-    """Mode and body of the earliest of some ends, (mode, body); None where none is met."""
+    """Indices (mode, body) of the earliest failure; None if there is none within the run."""
     if not np.isfinite(ends).any():
         return None
     mode, body = np.unravel_index(int(np.nanargmin(ends)), ends.shape)
@@ -60,19 +60,19 @@ def rating_arrays(
     ----------
     modes : mapping
     rated : mapping
-        What each of them said of the wear steps.
+        Safeties of each mode.
     steps : sequence of WornStep
     hours_per_mesh : float or None
         None where the scene gives no speed.
     """
     meshes = np.array([step.meshes for step in steps])
     required = np.array([mode.required_safety for mode in modes.values()])
-    told = list(rated.values())
-    none = np.full_like(told[0].safety, np.nan)
+    results = list(rated.values())
+    none = np.full_like(results[0].safety, np.nan)
     ends = np.stack(
         [
             meshes_to_failure(meshes, own.safety, need) if own.meshes is None else own.meshes
-            for own, need in zip(told, required, strict=True)
+            for own, need in zip(results, required, strict=True)
         ]
     )
     exponents = np.stack(
@@ -80,21 +80,21 @@ def rating_arrays(
             life_exponent(partial(meshes_to_failure, meshes, own.safety), need)
             if own.exponent is None
             else own.exponent
-            for own, need in zip(told, required, strict=True)
+            for own, need in zip(results, required, strict=True)
         ]
     )
     first = first_failure(ends)
     arrays = {
         "required_safety": required,
-        "safety": np.stack([_finite(r.safety) for r in told]),
-        "safety_height": np.stack([r.height for r in told]),
-        "safety_face": np.stack([r.face for r in told]),
-        "damage_sum": np.stack([none if r.damage is None else _finite(r.damage) for r in told]),
-        "safety_on_flank": np.stack([_finite(r.flank).swapaxes(-1, -2) for r in told]),
+        "safety": np.stack([_finite(r.safety) for r in results]),
+        "safety_height": np.stack([r.height for r in results]),
+        "safety_face": np.stack([r.face for r in results]),
+        "damage_sum": np.stack([none if r.damage is None else _finite(r.damage) for r in results]),
+        "safety_on_flank": np.stack([_finite(r.flank).swapaxes(-1, -2) for r in results]),
         "meshes_to_failure": ends,
         "meshes_to_failure_exponent": exponents,
         "wear_step_of_failure": _steps_of(meshes, ends),
-        "fails_first": np.array([int(first is not None and k == first[0]) for k in range(len(told))]),
+        "fails_first": np.array([int(first is not None and k == first[0]) for k in range(len(results))]),
     }
     if hours_per_mesh is not None:
         arrays |= {"hours": hours_per_mesh * meshes, "hours_to_failure": hours_per_mesh * ends}
@@ -102,11 +102,11 @@ def rating_arrays(
 
 
 def _finite(values: FloatArray) -> FloatArray:
-    """Values, and NaN for what is infinite: the safety of what nothing stresses, damage beyond static strength."""
+    """Values with NaN in place of infinity: safety of unstressed flanks, damage beyond static strength."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
 def _steps_of(meshes: FloatArray, ends: FloatArray) -> FloatArray:
-    """First wear step at which a failure has happened, (mode, body); -1 where none has."""
+    """First wear step at or after each failure, (mode, body); -1 where there is none."""
     steps = np.searchsorted(meshes, ends, side="left")
     return np.where(np.isfinite(ends), steps, -1)

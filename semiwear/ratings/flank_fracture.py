@@ -1,10 +1,10 @@
 """Tooth flank fracture: shear below the flank against the strength of case and core at that depth.
 
 The local method of Hertter (2003) and Witzig (2012), dissertations, TU Munich, from which ISO/TS 6336-4:2019 took its
-fits: at every depth the shear stress intensity of the Hertz contact on top of the residual stress, less that of the
-residual stress alone, over a strength that is 0.4 MPa for each HV. Where the standard fits the influence of the
-residual stress, the stresses are here added as tensors. Neither text was at hand: 0.4 and 0.04 are confirmed by a
-report of a commercial program on ISO DTR 19042-1, the limit 0.8 is as commonly quoted.
+fits: at every depth the shear stress intensity of Hertz and residual stress together, less that of the residual
+stress alone, over a strength of 0.4 MPa for each HV. The standard uses a fit for the influence of the residual
+stress; here the stress tensors are added. Neither text was at hand: 0.4 and 0.04 are confirmed by a report of a
+commercial program on ISO DTR 19042-1, the limit 0.8 is as commonly quoted.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FLANK_FRACTURE_SOURCE = (
 _STRENGTH_MPA_PER_HV = 0.4  # K_tau,per
 _EXPOSURE_OFFSET = 0.04  # c_1
 _LIMIT = 0.8  # exposure of gears that did not fail
-_DEEPEST = 12.0  # half-widths: the shear has fallen to less than a tenth of its greatest there
+_DEEPEST = 12.0  # half-widths: there the shear stress is less than a tenth of its maximum
 _DEPTHS = 40
 
 
@@ -76,7 +76,7 @@ def line_contact_stress(pressure: ArrayLike, depth: ArrayLike, poissons_ratio: f
     """
     pressure, depth = np.broadcast_arrays(np.asarray(pressure, float), np.asarray(depth, float))
     root = np.sqrt(1.0 + depth**2)
-    # (1 + 2 z^2)/root - 2 z without the digits that the difference loses far below
+    # (1 + 2 z^2)/root - 2 z, rewritten without cancellation at great depths
     across = -pressure / (root * (root + depth) ** 2)
     normal = -pressure / root
     return np.stack([across, poissons_ratio * (across + normal), normal])
@@ -100,10 +100,10 @@ def shear_stress_intensity(stress: ArrayLike) -> FloatArray:
 def material_exposure(
     pressure: ArrayLike, half_width: ArrayLike, material: FlankMaterial, worn: ArrayLike = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """Greatest material exposure A_FF below a flank, and the depth at which it is.
+    """Greatest material exposure A_FF below a flank, and its depth.
 
     A_FF(y) = (tau_eff(load + residual) - tau_eff(residual))/(0.4 K_material HV(y)) + 0.04, at depths from one
-    half-width of the contact on: nearer to the surface it is pitting that limits. Up to 0.8 counts as safe (Witzig
+    half-width of the contact on; nearer to the surface the failure is pitting. Up to 0.8 counts as safe (Witzig
     2012).
 
     Parameters
@@ -113,15 +113,14 @@ def material_exposure(
     half_width : array [mm]
     material : FlankMaterial
     worn : array [mm]
-        Depth that wear has taken off: what is left of the case begins there.
+        Wear depth, by which the case is thinner.
 
     Returns
     -------
     exposure : array
-        Of the shape of the pressure; 0 where there is none.
+        Of the shape of the pressure; 0 without pressure.
     depth : array [mm]
-        Below the worn flank. One to twelve half-widths are looked at in 40 places, with a parabola through the
-        greatest.
+        Below the worn flank, from 40 depths between one and twelve half-widths with a parabola through the greatest.
     """
     pressure, half_width = np.broadcast_arrays(np.asarray(pressure, float), np.asarray(half_width, float))
     loaded = pressure > 0.0
@@ -134,7 +133,7 @@ def material_exposure(
 
 
 def flank_fracture_safety(exposure: ArrayLike) -> FloatArray:
-    """Safety S_FF = 0.8/A_FF against flank fracture; infinite where the flank bears no load (exposure 0)."""
+    """Safety S_FF = 0.8/A_FF against flank fracture; infinite without load (exposure 0)."""
     exposure = np.asarray(exposure, float)
     return np.where(exposure > 0.0, _LIMIT / np.where(exposure > 0.0, exposure, 1.0), np.inf)
 
@@ -145,15 +144,15 @@ def _exposure(
     load = line_contact_stress(pressure, scale, material.poissons_ratio)
     hardness = material.hardness(worn + scale * width)
     residual = residual_stress(hardness, material.core)
-    together = load.copy()
-    together[:2] += residual
-    shear = shear_stress_intensity(together) - sqrt(2.0 / 15.0) * np.abs(residual)
+    total = load.copy()
+    total[:2] += residual
+    shear = shear_stress_intensity(total) - sqrt(2.0 / 15.0) * np.abs(residual)
     strength = _STRENGTH_MPA_PER_HV * material.factor * hardness
     return np.asarray(np.maximum(shear, 0.0) / strength + _EXPOSURE_OFFSET)
 
 
-def _peak(values: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Greatest of the values along the first axis and its place, by a parabola through three even places."""
+def _peak(values: FloatArray, abscissa: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Maximum along the first axis and its abscissa, by a parabola through three equidistant points."""
     top = values.argmax(axis=0)
     inner = np.clip(top, 1, values.shape[0] - 2)
     before, at, after = (np.take_along_axis(values, (inner + k)[None], axis=0)[0] for k in (-1, 0, 1))
@@ -162,13 +161,13 @@ def _peak(values: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray
     shift = np.where((top == inner) & (np.abs(shift) <= 1.0), shift, 0.0)
     at_end = np.take_along_axis(values, top[None], axis=0)[0]
     best = np.where(top == inner, at - 0.25 * (before - after) * shift, at_end)
-    step = place[1] - place[0]
-    return best, place[top] + shift * step
+    step = abscissa[1] - abscissa[0]
+    return best, abscissa[top] + shift * step
 
 
 @dataclass(frozen=True)
 class FlankFracture:
-    """Safety against flank fracture of both flanks in every slice; wear thins the case.
+    """Safety against flank fracture of both flanks in every slice, with the case thinned by wear.
 
     Attributes
     ----------
@@ -186,7 +185,7 @@ class FlankFracture:
 
     @classmethod
     def of(cls, table: tables.FlankFracture, poissons_ratios: tuple[float, float]) -> FlankFracture:
-        """The mode that a scene's table asks for."""
+        """The mode of a scene's table."""
         pinion, gear = (
             FlankMaterial(_hardness(table, body), core, table.material_factor, ratio)
             for body, core, ratio in zip(
@@ -196,7 +195,7 @@ class FlankFracture:
                 strict=True,
             )
         )
-        told = {
+        factors = {
             "K_tau,per": f"{_STRENGTH_MPA_PER_HV:g} MPa/HV: shear strength of steel over hardness",
             "K_material": f"{table.material_factor:g}: given",
             "HV(y)": "measured"
@@ -209,7 +208,7 @@ class FlankFracture:
             (pinion, gear),
             table.load_factor,
             table.required_safety,
-            told | load_factors(table),
+            factors | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:
@@ -220,15 +219,15 @@ class FlankFracture:
         conditions, rated = raised(contact.conditions, self.load_factor), contact.rated
         pressure, half_width = conditions.pressure[rated], conditions.half_width[rated]
         safety = np.full((len(self.materials), *rated.shape), np.nan)
-        worn_off = worn_depth(contact.teeth, contact.state, contact.places[DRIVEN])
-        for own, material, worn in zip(safety, self.materials, worn_off, strict=True):
+        depths = worn_depth(contact.teeth, contact.state, contact.places[DRIVEN])
+        for body_safety, material, worn in zip(safety, self.materials, depths, strict=True):
             exposure, _ = material_exposure(pressure, half_width, material, worn[rated])
-            own[rated] = flank_fracture_safety(exposure)
+            body_safety[rated] = flank_fracture_safety(exposure)
         return safety
 
 
 def _hardness(table: tables.FlankFracture, body: str) -> HardnessProfile:
-    """Hardness of a body over depth; the scene's rules see to it that it is given."""
+    """Hardness of a body over depth; rules of the scene ensure that it is given."""
     if table.hardness_profile == "table":
         return hardness_of_table(getattr(table, f"{body}_hardness_depths_mm"), getattr(table, f"{body}_hardness_HV"))
     names = ("surface_hardness_HV", "core_hardness_HV", "case_depth_mm")

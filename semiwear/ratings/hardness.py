@@ -1,6 +1,6 @@
-"""Hardness of a case-hardened tooth over depth, and the residual stress that goes with it.
+"""Hardness of a case-hardened tooth over depth, and its residual stress.
 
-Lang's (1979) text was not at hand. His coefficients of the hardness are borne out by a report of a commercial program
+Lang's (1979) text was not at hand. His coefficients of the hardness are confirmed by a report of a commercial program
 on ISO DTR 19042-1; those of the residual stress are as commonly quoted.
 """
 
@@ -23,11 +23,11 @@ _SLOPES = (-1.25, 0.2857, -460.0)  # MPa/HV, MPa/HV, MPa of Lang's residual stre
 
 
 def hardness_of_case(surface: float, core: float, case_depth: float) -> HardnessProfile:
-    """Hardness over depth from surface, core and case-hardening depth: Lang's curve, 550 HV at that depth.
+    """Hardness over depth from surface, core and case-hardening depth: Lang's curve with 550 HV at that depth.
 
-    HV(y) = core + (surface - core) 10^-(0.0381 x + 0.2662 x^2). Lang (1979) has x = y/CHD, which gives 550 HV
-    there only if half of the hardness difference is left (750 and 350 HV); x is scaled here so that
-    HV(CHD) = 550 HV always, as ISO 18203 defines the case-hardening depth.
+    HV(y) = core + (surface - core) 10^-(0.0381 x + 0.2662 x^2). With Lang's (1979) x = y/CHD the hardness at CHD is
+    550 HV only where this is the mean of surface and core (750 and 350 HV); here x is scaled so that HV(CHD) = 550 HV
+    always, the definition of the case-hardening depth in ISO 18203.
 
     Parameters
     ----------
@@ -49,12 +49,12 @@ def hardness_of_case(surface: float, core: float, case_depth: float) -> Hardness
 
 
 def hardness_of_table(depth: ArrayLike, hardness: ArrayLike) -> HardnessProfile:
-    """Hardness over depth from measured points, straight between them and constant beyond the last.
+    """Hardness over depth from measured points, linear between them and constant beyond the last.
 
     Parameters
     ----------
     depth : (n,) array [mm]
-        Rising.
+        Increasing.
     hardness : (n,) array [HV]
     """
     depths, values = np.array(depth, float), np.array(hardness, float)
@@ -62,10 +62,10 @@ def hardness_of_table(depth: ArrayLike, hardness: ArrayLike) -> HardnessProfile:
 
 
 def residual_stress(hardness: ArrayLike, core: float) -> FloatArray:
-    """Residual stress along the surface [MPa] that goes with a hardness; compression is negative.
+    """Residual stress along the surface [MPa] from the hardness; compression is negative.
 
     -1.25 (HV - core) up to 300 HV above the core and 0.2857 (HV - core) - 460 beyond (Lang 1979, as used by Witzig
-    2012). It is never tension: the small tension of the core that balances the case is left out.
+    2012). The small tension in the core, which balances the case, is neglected.
     """
     above = np.maximum(np.asarray(hardness, float) - core, 0.0)
     steep, flat, offset = _SLOPES

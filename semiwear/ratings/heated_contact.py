@@ -1,4 +1,4 @@
-"""Contact as modes that depend on heat see it: conditions under the rated load, and flash temperature."""
+"""Contact conditions under the rated load with the flash temperature, for modes that depend on temperature."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class FrictionalHeat:
     Attributes
     ----------
     flash : FlashTemperature
-        Of which the rise is used; bulk temperatures are those of the modes.
+        Its temperature rise is used; each mode has its own bulk temperature.
     friction : Friction
     load_factor : float
         K_A K_v.
@@ -29,7 +29,7 @@ class FrictionalHeat:
     friction: Friction
     load_factor: float
 
-    def felt(self, contact: RatedContact) -> tuple[ContactConditions, FloatArray]:
+    def conditions_and_flash(self, contact: RatedContact) -> tuple[ContactConditions, FloatArray]:
         """Conditions in every slice, and flash temperature [K], (roll, face)."""
         conditions = raised(contact.conditions, self.load_factor)
         return conditions, self.flash.rise(conditions, self.friction.coefficient_of(conditions))

@@ -1,4 +1,4 @@
-"""Permissible stress over load cycles (S-N curve), straight between its points on logarithmic axes."""
+"""Permissible stress over load cycles (S-N curve), linear between its points on logarithmic axes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from semiwear.arrays import FloatArray
 class LifeCurve:
     """Permissible stress over load cycles.
 
-    Before the first point the stress is that of static strength, beyond the last one it is borne for ever.
+    Left of the first point lies static strength, right of the last one the endurance limit.
 
     Attributes
     ----------
     cycles : tuple of float
-        Growing.
+        Increasing.
     stress : tuple of float [MPa]
-        Not growing.
+        Not increasing.
 
     Source
     ------
@@ -33,9 +33,9 @@ class LifeCurve:
 
     @classmethod
     def below_static(cls, cycles: ArrayLike, stress: ArrayLike) -> LifeCurve:
-        """The curve through points, held down to static strength, the first of them, where it would rise above.
+        """The curve through points, limited to static strength, the stress of the first point.
 
-        Influences that count on endured stresses alone, such as that of a film, may raise these so far.
+        Influences on the endurance limit alone, such as that of a film, may raise later points above it.
 
         Parameters
         ----------
@@ -45,14 +45,14 @@ class LifeCurve:
         above = np.flatnonzero(y > y[0])
         if above.size > 0:
             last = above[-1]
-            after = slice(last, last + 2)  # the point behind it, if there is one
-            falls = np.interp(-np.log(y[0]), -np.log(y[after]), np.log(x[after]))
-            x, y = np.append([x[0], np.exp(falls)], x[last + 1 :]), np.append([y[0], y[0]], y[last + 1 :])
+            after = slice(last, last + 2)  # with the next point, if there is one
+            crossing = np.interp(-np.log(y[0]), -np.log(y[after]), np.log(x[after]))
+            x, y = np.append([x[0], np.exp(crossing)], x[last + 1 :]), np.append([y[0], y[0]], y[last + 1 :])
         return cls(tuple(x.tolist()), tuple(y.tolist()))
 
     @classmethod
     def of_factors(cls, points: ArrayLike, stress: float, influence: float) -> LifeCurve:
-        """The curve through life factors, `below_static`.
+        """The curve through life factors, limited as in `below_static`.
 
         Parameters
         ----------
@@ -61,7 +61,7 @@ class LifeCurve:
         stress : float [MPa]
             For a life factor of 1.
         influence : float
-            Counts in full from the reference number of cycles on and not at all in static strength.
+            Factor on the stress from the reference number of cycles on; it has no effect on static strength.
         """
         cycles, factors = np.array(points).T
         share = np.clip(np.log(cycles / cycles[0]) / np.log(cycles[-2] / cycles[0]), 0.0, 1.0)
@@ -69,12 +69,12 @@ class LifeCurve:
 
     @property
     def static(self) -> float:
-        """Stress above which one cycle breaks [MPa]."""
+        """Static strength: stress above which a single cycle is a failure [MPa]."""
         return self.stress[0]
 
     @property
     def endured(self) -> float:
-        """Stress that is borne for ever [MPa]."""
+        """Endurance limit [MPa]."""
         return self.stress[-1]
 
     def permissible(self, cycles: ArrayLike) -> FloatArray:
@@ -83,11 +83,11 @@ class LifeCurve:
         return np.asarray(np.exp(np.interp(log_cycles, np.log(self.cycles), np.log(self.stress))))
 
     def damage_per_cycle(self, log_stress: FloatArray) -> FloatArray:
-        """Inverse of the life under a stress, whose logarithm [log MPa] is given.
+        """Inverse of the life at a stress given by its natural logarithm, ln(stress in MPa).
 
-        0 where it is borne for ever, infinite above static strength; of NaN it is NaN.
+        0 below the endurance limit, infinite above static strength, NaN for NaN.
         """
-        # where the curve is flat at its end, the life is that of the flat's beginning
+        # where the curve is horizontal at its end, the life is that at the corner
         corner = max(i for i in range(len(self.stress)) if i == 0 or self.stress[i] < self.stress[i - 1])
         stress = np.log(self.stress[corner::-1])
         log_life = np.interp(log_stress, stress, np.log(self.cycles[corner::-1]))

@@ -2,10 +2,10 @@
 
 Test gears: centre distance 91.5 mm, 16 and 24 teeth of module 4.5 mm, 14 mm wide, without flank modification
 (Hoehn, Oster, Tobie and Michaelis 2008, Goriva i maziva 47, 129-152); 2250 rpm of the pinion, nominally 8.3 m/s;
-oil of 90 degrees, sprayed. The stages' torques are those of FVA information sheet 54/7, whose pressures at the pitch
-point, 795, 945, 1094, 1245, 1395 and 1547 MPa, they meet within 0.3 %. Where contact begins, a program that rates to
-ISO/TR 15144-1:2014 prints 236.3 N/mm for stage 10 (tests/reference/worked_examples.toml); the same share of the load
-is taken for all stages.
+oil at 90 degrees Celsius, sprayed. The torques of the stages are those of FVA information sheet 54/7, and give its
+pressures at the pitch point, 795, 945, 1094, 1245, 1395 and 1547 MPa, within 0.3 %. For the start of contact, a
+program that rates to ISO/TR 15144-1:2014 prints 236.3 N/mm in stage 10 (tests/reference/worked_examples.toml); the
+same load share is used for all stages.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TEST_TORQUE_NM = {5: 70.0, 6: 98.9, 7: 132.5, 8: 171.6, 9: 215.6, 10: 265.1}  # 
 _TEETH, _MODULE, _WIDTH, _CENTRES, _TIPS = (16, 24), 4.5, 14.0, 91.5, (82.46, 118.36)
 _SPEED = 2250.0 * pi / 30.0  # rad/s
 _OIL_TEMPERATURE, _ROUGHNESS = 90.0, 0.5
-_SHARE = 0.4222  # of the load where contact begins: the test's 236.3 of 559.8 N/mm in stage 10
+_SHARE = 0.4222  # load share at the start of contact: 236.3 of 559.8 N/mm in stage 10
 _STEEL = 206e3, 0.3
 _CONDUCTIVITY, _DENSITY, _HEAT = 45.0, 7800.0, 440.0
 
@@ -45,14 +45,14 @@ def mean_friction(
     radius : float [mm]
         Relative radius of curvature at the pitch point.
     viscosity : float [mPa s]
-        Of the oil at its own temperature.
+        At the oil temperature.
     roughness : float [um]
         Mean of both flanks' Ra.
     lubricant_factor : float
         X_L.
     """
-    rough = 2.2 * (roughness / radius) ** 0.25
-    return float(0.045 * (line_load / (sum_speed * radius)) ** 0.2 * viscosity**-0.05 * rough * lubricant_factor)
+    x_r = 2.2 * (roughness / radius) ** 0.25
+    return float(0.045 * (line_load / (sum_speed * radius)) ** 0.2 * viscosity**-0.05 * x_r * lubricant_factor)
 
 
 def bulk_temperature(
@@ -64,7 +64,7 @@ def bulk_temperature(
     ----------
     oil_temperature : float [degC]
     power_loss : float [kW]
-        P mu H_V, of the mesh.
+        P mu H_V of the mesh.
     area : float [mm^2]
         Centre distance times face width, a b.
     lubrication_factor : float
@@ -76,9 +76,9 @@ def bulk_temperature(
 
 
 def film_of_test(oil: Oil, load_stage: float) -> float:
-    """lambda_GFT: specific film of an oil where contact begins on the test gear, at a load stage of 5 to 10.
+    """lambda_GFT: specific film of an oil on the test gear at the start of contact, for a load stage of 5 to 10.
 
-    The least of the path of contact of these gears. Between whole stages the torque is interpolated.
+    It is the least on the path of contact of these gears. The torque is interpolated between stages.
     """
     stages = sorted(TEST_TORQUE_NM)
     torque = float(np.interp(load_stage, stages, [TEST_TORQUE_NM[stage] for stage in stages]))
@@ -102,7 +102,7 @@ def film_of_test(oil: Oil, load_stage: float) -> float:
     loss = 1e-3 * torque * _SPEED * friction * _loss_factor(base, tip_radius, pitch_radius)
     bulk = bulk_temperature(_OIL_TEMPERATURE, loss, _CENTRES * _WIDTH)
 
-    radii = np.array([action - tip_radius[1], tip_radius[1]])  # of pinion and wheel where contact begins
+    radii = np.array([action - tip_radius[1], tip_radius[1]])  # of curvature at the start of contact: pinion, gear
     speed = _SPEED * radii * (1.0, _TEETH[0] / _TEETH[1])
     load, curvature = np.full((1, 1), _SHARE * line_load), np.full((1, 1), action / float(radii.prod()))
     conditions = ContactConditions.hertz(load, curvature, speed[:, None, None], modulus)

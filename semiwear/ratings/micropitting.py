@@ -1,4 +1,4 @@
-"""Micropitting: the oil film over the roughness, against that at which a test gear begins to show grey stains.
+"""Micropitting: film thickness over roughness, against the value at which the test gear shows micropitting.
 
 The local method (A) of ISO/TS 6336-22:2018, evaluated in every slice of the contact lines.
 """
@@ -43,7 +43,7 @@ class Micropitting:
         lambda_GFP.
     required_safety : float
     running_in : RunningIn, optional
-        How the roughness changes with wear.
+        Change of the roughness with wear.
     factors : mapping
     """
 
@@ -64,22 +64,22 @@ class Micropitting:
         friction: Friction,
         running_in: RunningIn | None = None,
     ) -> Micropitting:
-        """The mode that a scene's table asks for."""
+        """The mode of a scene's table."""
         oil = Oil.of(table)
         if table.limit == "given":
             assert table.permissible_film is not None  # a rule of the scene
-            permissible, why = table.permissible_film, "given"
+            permissible, origin = table.permissible_film, "given"
         else:
             assert table.load_stage is not None  # a rule of the scene
             permissible = permissible_film(film_of_test(oil, table.load_stage), table.material_factor)
-            why = f"the test gears with this oil in load stage {table.load_stage:g} of C-GF/8,3/90"
+            origin = f"the test gears with this oil in load stage {table.load_stage:g} of C-GF/8,3/90"
         smooth = "" if running_in is None else f" when new, {1.0 - running_in.share:g} times that when run in"
-        told = {
-            "lambda_GFP": f"{permissible:.4g}: {why}",
+        factors = {
+            "lambda_GFP": f"{permissible:.4g}: {origin}",
             "W_W": f"{table.material_factor:g}: given",
             "Ra": f"{table.roughness_Ra_um:g} um: given{smooth}",
             "theta_M": f"{table.bulk_temperature_C:g} degrees Celsius: given",
-            "X_Y": "1: the load is shared by solving the contact",
+            "X_Y": "1: the load sharing is solved",
             "source": MICROPITTING_SOURCE,
         }
         return cls(
@@ -90,7 +90,7 @@ class Micropitting:
             permissible,
             table.required_safety,
             running_in,
-            told | load_factors(table),
+            factors | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:
@@ -98,15 +98,16 @@ class Micropitting:
         return rated_locally(steps, self._safety)
 
     def _safety(self, contact: RatedContact) -> FloatArray:
-        conditions, flash = self.heat.felt(contact)
-        met = FilmContact(
+        conditions, flash = self.heat.conditions_and_flash(contact)
+        film_contact = FilmContact(
             conditions.sum_speed,
             conditions.pressure,
             conditions.curvature,
             self.bulk_temperature + flash,
             contact.teeth.problem.modulus,
         )
-        film = specific_film(met, self.oil, self.bulk_temperature, self.roughness) / self.permissible
+        film = specific_film(film_contact, self.oil, self.bulk_temperature, self.roughness)
+        safety = film / self.permissible
         if self.running_in is None:
-            return film
-        return film / self.running_in.of_both(contact.teeth, contact.state, contact.places[DRIVEN])
+            return safety
+        return safety / self.running_in.of_both(contact.teeth, contact.state, contact.places[DRIVEN])

@@ -1,4 +1,4 @@
-"""A failure mode, and the safeties that it gives of worn flanks."""
+"""Failure modes and their safeties."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
 
-_BESIDE = 0.01  # of a required safety
+_DIFFERENCE = 0.01  # of the required safety, for its derivative
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,17 +21,17 @@ class Rated:
     Attributes
     ----------
     safety : (wear_step, body) array
-        Least of the flank; NaN where nothing is rated.
+        Least safety of the flank; NaN where nothing is rated.
     height, face : (wear_step, body) arrays [mm]
-        Where it is found: height above the pitch surface, and station along the face.
+        Place of the least safety: height above the pitch surface, and station along the face.
     flank : (body, face, node) array
-        Safety of every point of the last wear step's flanks; NaN where none is rated.
+        Safety of every point at the last wear step; NaN where the point is not rated.
     damage : (wear_step, body) array or None
-        Miner's sum at the required safety, greatest of the flank; None of a mode that remembers no load cycles.
+        Greatest Miner's sum of the flank at the required safety; None for modes without cumulative damage.
     meshes : (body,) array or None
-        Engagements of one gear tooth until that sum is 1, NaN where the run ends before; None likewise.
+        Engagements of one gear tooth until that sum is 1, NaN where the run ends before; None as above.
     exponent : (body,) array or None
-        Relative change of these engagements over that of the required safety; None likewise.
+        Relative change of these engagements over that of the required safety; None as above.
     """
 
     safety: FloatArray
@@ -52,13 +52,13 @@ def life_exponent(life: Callable[[float], FloatArray], required: float) -> Float
         From a required safety to lives, (body,).
     required : float
     """
-    # with less required a run may end before
-    longer, own, shorter = life(required * (1.0 - _BESIDE)), life(required), life(required * (1.0 + _BESIDE))
-    known = np.isfinite(longer)
-    change = shorter - np.where(known, longer, own)
+    longer, shorter = life(required * (1.0 - _DIFFERENCE)), life(required * (1.0 + _DIFFERENCE))
+    lives = life(required)
+    known = np.isfinite(longer)  # the run may end before the longer life
+    change = shorter - np.where(known, longer, lives)
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = change / (own * _BESIDE * (1.0 + known))
-    return np.where(own > 0.0, found, np.nan)
+        found = change / (lives * _DIFFERENCE * (1.0 + known))
+    return np.where(lives > 0.0, found, np.nan)
 
 
 class FailureMode(Protocol):
@@ -70,21 +70,21 @@ class FailureMode(Protocol):
 
     @property
     def factors(self) -> Mapping[str, str]:
-        """Factors of the rating by their symbols, each with its value and why it has that value."""
+        """Factors of the rating by their symbols, each with its value and the reason for it."""
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:
-        """Safeties at every wear step, of which the first is unworn."""
+        """Safeties at every wear step; the first is the unworn state."""
 
 
 def rated_locally(steps: Sequence[WornStep], safety_of: Callable[[RatedContact], FloatArray]) -> Rated:
-    """Safeties of a mode that knows no load cycles: each wear step by itself, the worst load of the spectrum.
+    """Safeties of a mode without cumulative damage: of each wear step, under the worst load of the spectrum.
 
     Parameters
     ----------
     steps : sequence of WornStep
     safety_of : callable
-        Safety in the contact lines, an array that broadcasts to (body, roll, face). What it says of slices that are
-        not `RatedContact.rated` is not looked at.
+        Safety in the contact lines, an array that broadcasts to (body, roll, face). Slices that are not
+        `RatedContact.rated` are ignored.
     """
 
     def worst(step: WornStep) -> FloatArray:
@@ -94,7 +94,7 @@ def rated_locally(steps: Sequence[WornStep], safety_of: Callable[[RatedContact],
 
 
 def rated_by_flank(flanks: RatedFlanks, safeties: Sequence[FloatArray]) -> Rated:
-    """Least safeties and their places from those of all nodes at every wear step, (body, face, node) each."""
+    """Least safeties and their places from safeties at all nodes, one (body, face, node) array for each wear step."""
     bodies = flanks.profile.shape[0]
     by_node = np.stack(safeties).reshape(len(safeties), bodies, -1)
     blank = np.isnan(by_node)
@@ -103,12 +103,12 @@ def rated_by_flank(flanks: RatedFlanks, safeties: Sequence[FloatArray]) -> Rated
     missing = blank.all(axis=2)
     face = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()
 
-    def told(values: FloatArray) -> FloatArray:
+    def or_nan(values: FloatArray) -> FloatArray:
         return np.where(missing, np.nan, values)
 
     return Rated(
-        safety=told(np.take_along_axis(by_node, least, axis=2)[..., 0]),
-        height=told(flanks.height.reshape(bodies, -1)[body, least[..., 0]]),
-        face=told(face[least[..., 0]]),
+        safety=or_nan(np.take_along_axis(by_node, least, axis=2)[..., 0]),
+        height=or_nan(flanks.height.reshape(bodies, -1)[body, least[..., 0]]),
+        face=or_nan(face[least[..., 0]]),
         flank=np.asarray(safeties[-1]),
     )

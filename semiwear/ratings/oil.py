@@ -24,16 +24,16 @@ _PRESSURE_VISCOSITY: dict[OilFamily, tuple[float, float]] = {
     "polyglycol": (1.392e-8, 0.1572),
 }
 
-# X_L of ISO/TR 13989:2000 and ISO/TR 15144-1:2014; of the polyglycols the one that does not mix with water
+# X_L of ISO/TR 13989:2000 and ISO/TR 15144-1:2014; for polyglycols the value of those not soluble in water
 LUBRICANT_FACTOR: dict[OilFamily, float] = {"mineral": 1.0, "polyalphaolefin": 0.8, "polyglycol": 0.7}
 
 
 @dataclass(frozen=True)
 class Oil:
-    """A gear oil as its data sheet gives it.
+    """A gear oil with the data of its data sheet.
 
-    The formulas are those of ISO/TR 15144-1:2014, which became ISO/TS 6336-22:2018, eqs. 8 to 11 and 16 to 20 as the
-    open program Mekanika (mekanika.org, 2026) quotes them. Kinematic viscosity follows Walther (ASTM D341).
+    The formulas are those of ISO/TR 15144-1:2014 (now ISO/TS 6336-22:2018), eqs. 8 to 11 and 16 to 20, as quoted by
+    the open program Mekanika (mekanika.org, 2026). Kinematic viscosity follows Walther (ASTM D341).
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Oil:
         return np.asarray(10.0**10.0**double_log - 0.7)
 
     def density(self, temperature: ArrayLike) -> FloatArray:
-        """Density [kg/m^3] at a temperature [degC]: that at 15 degrees less 0.7 for each kelvin above 16."""
+        """Density [kg/m^3] at a temperature [degC]: the value at 15 degC, less 0.7 for each kelvin above 16 degC."""
         return np.asarray(self.density_15 - 0.7 * (np.asarray(temperature, float) + 273.0 - 289.0))
 
     def dynamic_viscosity(self, temperature: ArrayLike) -> FloatArray:
@@ -78,8 +78,8 @@ class Oil:
     def pressure_viscosity(self, temperature: ArrayLike) -> FloatArray:
         """Pressure-viscosity coefficient alpha [1/GPa] at a temperature [degC].
 
-        A power of the viscosity at 38 degrees, which falls as 1 + 516 (1/T - 1/311 K); 0 from 510 degrees on, where
-        that ends.
+        A power of the viscosity at 38 degC, times 1 + 516 (1/T - 1/311 K); 0 above 510 degC, where this factor would
+        be negative.
         """
         factor, exponent = _PRESSURE_VISCOSITY[self.family]
         at_38 = 1e9 * factor * (1e-3 * self.dynamic_viscosity(38.0)) ** exponent

@@ -1,4 +1,4 @@
-"""Conditions of a line contact under more load."""
+"""Conditions of a line contact under a multiple of its load."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from semiwear.contact.conditions import ContactConditions
 
 
 def raised(conditions: ContactConditions, factor: float) -> ContactConditions:
-    """Conditions of line contacts under a factor times their loads: pressure and width grow with its root."""
+    """Conditions of line contacts with their loads times a factor: pressure and width grow with its square root."""
     if factor == 1.0:
         return conditions
     root = sqrt(factor)

@@ -15,7 +15,7 @@ from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated
 from semiwear.scene import rating_tables as tables
 
-# Load cycles and life factors Z_NT of the groups of materials in ISO 6336-2, table 2; the last is that of the scene.
+# Load cycles and life factors Z_NT of the groups of materials in ISO 6336-2, table 2; the scene gives the last point.
 _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
     "hardened_some_pits": ((6e5, 1.6), (1e7, 1.3), (1e9, 1.0)),
     "hardened": ((1e5, 1.6), (5e7, 1.0)),
@@ -24,12 +24,12 @@ _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
 }
 _END = 1e10
 MOST_VISCOSITY = 500.0
-"""Kinematic viscosity up to which Z_L is known [mm^2/s]: to the end of the standard's figure."""
+"""Kinematic viscosity at which the standard's figure of Z_L ends [mm^2/s]."""
 
-_NEEDLESS: dict[str, str] = {
+_UNITY_FACTORS: dict[str, str] = {
     "Z_H": "1: the local curvature is that of the flanks",
     "Z_E": "1: the pressure comes from both elastic bodies",
-    "Z_epsilon": "1: the load is shared by solving the contact",
+    "Z_epsilon": "1: the load sharing is solved",
     "Z_beta": "1: contact lines are those of the flanks",
     "Z_B, Z_D": "1: every roll position is rated",
 }
@@ -37,14 +37,14 @@ _NEEDLESS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class PitchPoint:
-    """Curvature and speed in the pitch point, which factors of the standard stand on.
+    """Curvature and speed at the pitch point, for the factors of the standard.
 
     Attributes
     ----------
     radius : float [mm]
         Of relative curvature in the transverse section.
     speed : float [m/s]
-        At the pitch line; 0 where the scene gives none.
+        At the pitch line; 0 if the scene gives none.
     """
 
     radius: float
@@ -52,20 +52,20 @@ class PitchPoint:
 
 
 def life_points(group: str, factor_at_end: float) -> tuple[tuple[float, float], ...]:
-    """Load cycles and life factors Z_NT between which the curve is straight (ISO 6336-2:2019, table 2).
+    """Load cycles and life factors Z_NT of the corners of the life curve (ISO 6336-2:2019, table 2).
 
     Parameters
     ----------
     group : str
-        ``"hardened"`` (St, V, GGG perlitic or bainitic, GTS, Eh, IF), ``"hardened_some_pits"`` (the same, where some
-        pits are allowed), ``"nitrided"`` (GG, GGG ferritic, NT, NV nitrided) or ``"nitrocarburized"``.
+        ``"hardened"`` (St, V, GGG perlitic or bainitic, GTS, Eh, IF), ``"hardened_some_pits"`` (the same, with some
+        pits permitted), ``"nitrided"`` (GG, GGG ferritic, NT, NV nitrided) or ``"nitrocarburized"``.
     factor_at_end : float
         At 1e10 cycles: 0.85, up to 1 with best lubrication, material, manufacture and experience.
     """
     return (*_POINTS[group], (_END, factor_at_end))
 
 
-def _base(limit: float) -> float:
+def _c_zl(limit: float) -> float:
     """C_ZL: 0.83 below a limit of 850 MPa, 0.91 above 1200."""
     return 0.83 + 0.08 * (min(max(limit, 850.0), 1200.0) - 850.0) / 350.0
 
@@ -78,9 +78,9 @@ def lubricant_factor(limit: float, viscosity_40: float) -> float:
     limit : float [MPa]
         Allowable stress number for contact of the softer body.
     viscosity_40 : float [mm^2/s]
-        Kinematic viscosity at 40 degrees Celsius; 500 at most counts.
+        Kinematic viscosity at 40 degrees Celsius; greater values count as 500.
     """
-    c = _base(limit)
+    c = _c_zl(limit)
     return c + 4.0 * (1.0 - c) / (1.2 + 134.0 / min(viscosity_40, MOST_VISCOSITY)) ** 2
 
 
@@ -93,7 +93,7 @@ def velocity_factor(limit: float, speed: float) -> float:
     speed : float [m/s]
         At the pitch line.
     """
-    c = _base(limit) + 0.02
+    c = _c_zl(limit) + 0.02
     return c + 2.0 * (1.0 - c) / sqrt(0.8 + 32.0 / speed)
 
 
@@ -115,7 +115,7 @@ def roughness_factor(limit: float, roughness: float, radius: float) -> float:
 def pitting_curve(limit: float, group: str, factor_at_end: float, influence: float, hardening: float) -> LifeCurve:
     """Permissible contact pressure over load cycles.
 
-    Influences count in full from the reference number of cycles on and not at all in static strength.
+    The factors have their full influence from the reference number of cycles on, and none on static strength.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def pitting_curve(limit: float, group: str, factor_at_end: float, influence: flo
     influence : float
         Z_L Z_v Z_R Z_X.
     hardening : float
-        Work hardening factor Z_W, which counts throughout.
+        Work hardening factor Z_W, for all numbers of cycles.
     """
     return LifeCurve.of_factors(life_points(group, factor_at_end), limit * hardening, influence)
 
@@ -140,7 +140,7 @@ class Pitting:
     ----------
     curves : (pinion, gear) of LifeCurve
     load_factor : float
-        K_A K_v: raises the load, and the pressure by its root.
+        K_A K_v: factor on the load, and its square root on the pressure.
     required_safety : float
     factors : mapping
     """
@@ -152,13 +152,13 @@ class Pitting:
 
     @classmethod
     def of(cls, table: tables.Pitting, pitch: PitchPoint) -> Pitting:
-        """The mode that a scene's table asks for."""
+        """The mode of a scene's table."""
         limit = min(table.pinion_limit_MPa, table.gear_limit_MPa)
         if table.film_factors == "given":
             assert table.film_factor is not None  # a rule of the scene
-            film, told = table.film_factor, {"Z_L Z_v Z_R": f"{table.film_factor:g}: given"}
+            film, factors = table.film_factor, {"Z_L Z_v Z_R": f"{table.film_factor:g}: given"}
         else:
-            film, told = _film(table, limit, pitch)
+            film, factors = _film(table, limit, pitch)
         influence = film * table.size_factor
         pinion = pitting_curve(
             table.pinion_limit_MPa, table.pinion_life_curve, table.life_factor_at_1e10, influence, 1.0
@@ -170,7 +170,7 @@ class Pitting:
             influence,
             table.gear_work_hardening_factor,
         )
-        told |= {
+        factors |= {
             "Z_W": f"{table.gear_work_hardening_factor:g} of the gear: given or its default",
             "Z_X": f"{table.size_factor:g}: given or its default",
         }
@@ -178,7 +178,7 @@ class Pitting:
             (pinion, gear),
             table.load_factor,
             table.required_safety,
-            told | _NEEDLESS | load_factors(table),
+            factors | _UNITY_FACTORS | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:
@@ -190,15 +190,15 @@ class Pitting:
 
 
 def _film(table: tables.Pitting, limit: float, pitch: PitchPoint) -> tuple[float, dict[str, str]]:
-    """Z_L Z_v Z_R and each of them in words; the scene's rules see to it that the oil is given."""
+    """Z_L Z_v Z_R, and each factor with its reason; rules of the scene ensure that the oil is given."""
     viscosity, roughness = table.viscosity_40_mm2_per_s, table.roughness_Rz_um
     assert viscosity is not None and roughness is not None
     z_l, z_v = lubricant_factor(limit, viscosity), velocity_factor(limit, pitch.speed)
     z_r = roughness_factor(limit, roughness, pitch.radius)
     counted = f", of which {MOST_VISCOSITY:g} count" if viscosity > MOST_VISCOSITY else ""
-    told = {
+    factors = {
         "Z_L": f"{z_l:.4g}: {viscosity:g} mm2/s at 40 degrees Celsius{counted}",
         "Z_v": f"{z_v:.4g}: {pitch.speed:.4g} m/s at the pitch line",
         "Z_R": f"{z_r:.4g}: Rz {roughness:g} um, radius of relative curvature {pitch.radius:.4g} mm",
     }
-    return z_l * z_v * z_r, told
+    return z_l * z_v * z_r, factors

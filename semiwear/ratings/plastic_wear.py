@@ -1,8 +1,8 @@
 """Wear of plastic gears after VDI 2736 Part 2:2014: the mean depth along a flank, its limit and the temperature.
 
-A global estimate to set beside the wear that is computed locally: friction work times a coefficient, spread evenly
-over the active flank. Its volume is that of the local wear of fresh flanks; it knows neither where sliding is fast
-nor how wear changes the load sharing.
+A global estimate, to be compared with the wear that is computed locally: friction work times a coefficient, spread
+evenly over the active flank. Its volume is that of the local wear of unworn flanks; it accounts neither for the
+distribution of the sliding nor for the change of the load sharing by wear.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def tooth_temperature(
     housing_resistance: float,
     duty: float = 1.0,
 ) -> float:
-    """Temperature of teeth [degC]: surroundings + P mu H_V (R_tooth + R_housing) ED^0.64 (VDI 2736-2:2014, eq. 9).
+    """Tooth temperature [degC]: surroundings + P mu H_V (R_tooth + R_housing) ED^0.64 (VDI 2736-2:2014, eq. 9).
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ def tooth_temperature(
     friction_power : float [W]
         P mu H_V.
     tooth_resistance : float [K/W]
-        k_theta/(b z_1 (v_t m_n)^0.75), b and m_n in mm and v_t in m/s; k_theta as the guideline tabulates it.
+        k_theta/(b z_1 (v_t m_n)^0.75), b and m_n in mm and v_t in m/s; k_theta from the guideline's table.
     housing_resistance : float [K/W]
         R_lambda,G over the housing's surface A_G.
     duty : float
-        Share of the time that the gears run.
+        ED, fraction of the time that the gears run.
     """
     return surroundings + friction_power * (tooth_resistance + housing_resistance) * float(duty**0.64)
 
@@ -68,7 +68,7 @@ def plastic_wear(
     teeth: int,
     flank_length: float,
 ) -> FloatArray:
-    """Mean wear depth of a flank W_m = 2 pi T N H_V k_w/(b z l_Fl) [mm] (VDI 2736-2:2014, eq. 19).
+    """Mean wear depth W_m = 2 pi T N H_V k_w/(b z l_Fl) of a flank [mm] (VDI 2736-2:2014, eq. 19).
 
     Parameters
     ----------
@@ -97,31 +97,31 @@ def active_profile_length(base_radius: float, root_curvature: float, tip_curvatu
     ----------
     base_radius : float [mm]
     root_curvature, tip_curvature : float [mm]
-        Radii of curvature where contact begins and ends.
+        Radii of curvature at the ends of the active profile.
     """
     return (tip_curvature**2 - root_curvature**2) / (2.0 * base_radius)
 
 
 def permissible_wear(normal_module: float) -> float:
-    """Wear depth that plastic gears are usually allowed, 0.1 m_n [mm] (VDI 2736-2:2014)."""
+    """Usual permissible wear depth of plastic gears, 0.1 m_n [mm] (VDI 2736-2:2014)."""
     return 0.1 * normal_module
 
 
 def of_temperature(temperature: ArrayLike, temperatures: ArrayLike, values: ArrayLike) -> FloatArray:
-    """Young's modulus or wear coefficient at a temperature, straight between the points of a table.
+    """Young's modulus or wear coefficient at a temperature, linear between the points of a table.
 
     Parameters
     ----------
     temperature : array [degC]
         Within the table.
     temperatures : (n,) array [degC]
-        Rising.
+        Increasing.
     values : (n,) array
 
     Raises
     ------
     ValueError
-        A temperature lies outside the table: plastics change too fast to go on beyond it.
+        If a temperature lies outside the table: plastics change too fast for extrapolation.
     """
     at, known = np.asarray(temperature, float), np.asarray(temperatures, float)
     if at.size and (at.min() < known[0] or at.max() > known[-1]):

@@ -1,9 +1,9 @@
-"""Scuffing: the temperature of the contact against that at which the oil's test gears scuff.
+"""Scuffing: contact temperature against the scuffing temperature of the oil's test gears.
 
 Flash temperature method (ISO/TR 13989-1:2000, now ISO/TS 6336-20) and integral temperature method (ISO/TR
 13989-2:2000, now ISO/TS 6336-21), with the flash temperature of every slice in place of the standards' factors for
-load sharing, geometry and contact ratio. Their texts were not at hand: the formulas are as the open program Mekanika
-(mekanika.org, 2026) quotes them.
+load sharing, geometry and contact ratio. Their texts were not at hand: the formulas are as quoted by the open program
+Mekanika (mekanika.org, 2026).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _TEST_TORQUE = 3.726  # N m over the square of the load stage, pinion of the tes
 
 
 def scuffing_temperature(oil: Oil, oil_temperature: float, load_stage: float, structure: float = 1.0) -> float:
-    """Contact temperature at which an oil lets flanks scuff: 80 + (0.85 + 1.4 X_W) X_L S_FZG^2 [degC].
+    """Scuffing temperature theta_S = 80 + (0.85 + 1.4 X_W) X_L S_FZG^2 of an oil [degC].
 
     ISO/TR 13989-1:2000, eqs. 27 and 99, with X_L = X eta^-0.05 and X = 1 for mineral oil.
 
@@ -44,9 +44,9 @@ def scuffing_temperature(oil: Oil, oil_temperature: float, load_stage: float, st
     oil : Oil
     oil_temperature : float [degC]
     load_stage : float
-        Of the FZG test A/8,3/90 (ISO 14635-1) at which scuffing occurs; that of other variants is no substitute.
+        Failure load stage of the FZG test A/8,3/90 (ISO 14635-1), not of its other variants.
     structure : float
-        X_W: 1 for case-hardened steel of usual austenite content, 1.15 with little and 0.85 with much of it,
+        X_W: 1 for case-hardened steel of normal austenite content, 1.15 for low and 0.85 for high content,
         1.25 phosphated, 1.5 copper-plated or nitrided, 0.45 for stainless steel.
     """
     lubricant = LUBRICANT_FACTOR[oil.family] * float(oil.dynamic_viscosity(oil_temperature) ** -0.05)
@@ -54,10 +54,10 @@ def scuffing_temperature(oil: Oil, oil_temperature: float, load_stage: float, st
 
 
 def scuffing_integral_temperature(oil: Oil, load_stage: float, structure: float = 1.0) -> float:
-    """Integral temperature at which an oil lets flanks scuff [degC].
+    """Scuffing integral temperature theta_intS of an oil [degC].
 
     80 + X_L T (0.23 + 1.5 X_W 0.2 (100/nu_40)^0.02) with the pinion's torque T = 3.726 S_FZG^2 in N m
-    (ISO/TR 13989-2:2000, eqs. 94 to 97); parameters as of `scuffing_temperature`.
+    (ISO/TR 13989-2:2000, eqs. 94 to 97); parameters as in `scuffing_temperature`.
     """
     heat = LUBRICANT_FACTOR[oil.family] * _TEST_TORQUE * load_stage**2
     return 80.0 + heat * (0.23 + _WEIGHT * structure * 0.2 * float((100.0 / oil.viscosity_40) ** 0.02))
@@ -71,12 +71,12 @@ def mean_flash_temperature(flash: ArrayLike, roll: ArrayLike) -> FloatArray:
     flash : (roll, ...) array [K]
         0 where a slice bears no load.
     roll : (roll,) array
-        Roll positions, in any unit that is even along the path.
+        Roll positions, in any unit proportional to the distance along the path.
 
     Returns
     -------
     (...) array
-        Each slice's mean over those roll positions at which it bears load; 0 where it never does.
+        Mean of each slice over the roll positions at which it bears load; 0 if there are none.
     """
     flash = np.asarray(flash, float)
     weight = np.gradient(np.asarray(roll, float)).reshape(-1, *(1,) * (flash.ndim - 1)) * (flash > 0.0)
@@ -84,7 +84,7 @@ def mean_flash_temperature(flash: ArrayLike, roll: ArrayLike) -> FloatArray:
 
 
 def bulk_temperature_flash(oil_temperature: float, mean_flash: ArrayLike, lubrication: Lubrication) -> FloatArray:
-    """Temperature of the teeth theta_M = theta_oil + 0.47 X_S theta_flm [degC] of the flash temperature method.
+    """Bulk temperature theta_M = theta_oil + 0.47 X_S theta_flm [degC] of the flash temperature method.
 
     ISO/TR 13989-1:2000, eq. 22, for one mating gear.
     """
@@ -92,7 +92,7 @@ def bulk_temperature_flash(oil_temperature: float, mean_flash: ArrayLike, lubric
 
 
 def bulk_temperature_integral(oil_temperature: float, mean_flash: ArrayLike, lubrication: Lubrication) -> FloatArray:
-    """Temperature of the teeth theta_M = theta_oil + 0.7 X_S theta_flaint [degC] of the integral temperature method.
+    """Bulk temperature theta_M = theta_oil + 0.7 X_S theta_flaint [degC] of the integral temperature method.
 
     ISO/TR 13989-2:2000, eq. 20, for one mating gear.
     """
@@ -100,7 +100,7 @@ def bulk_temperature_integral(oil_temperature: float, mean_flash: ArrayLike, lub
 
 
 def flash_temperature_safety(contact: ArrayLike, limit: float, oil_temperature: float) -> FloatArray:
-    """Safety S_B = (theta_S - theta_oil)/(theta_B - theta_oil) against scuffing, infinite at the oil's temperature.
+    """Safety S_B = (theta_S - theta_oil)/(theta_B - theta_oil) against scuffing, infinite at the oil temperature.
 
     A quotient of temperature differences (ISO/TR 13989-1:2000, eq. 100): it falls more slowly than the load grows.
 
@@ -119,8 +119,8 @@ def flash_temperature_safety(contact: ArrayLike, limit: float, oil_temperature: 
 def integral_temperature_safety(bulk: ArrayLike, mean_flash: ArrayLike, limit: float) -> FloatArray:
     """Safety S_intS = theta_intS/(theta_M + 1.5 theta_flaint) against scuffing (ISO/TR 13989-2:2000, eqs. 14, 17).
 
-    A quotient of temperatures in degrees Celsius: below 1 scuffing is likely, above 2 it is not; infinite where the
-    integral temperature is 0 degC or less, of which the quotient says nothing.
+    A quotient of temperatures in degrees Celsius: below 1 scuffing is likely, above 2 it is not. Infinite where the
+    integral temperature is 0 degC or less, for which the quotient has no meaning.
 
     Parameters
     ----------
@@ -135,10 +135,10 @@ def integral_temperature_safety(bulk: ArrayLike, mean_flash: ArrayLike, limit: f
 
 @dataclass(frozen=True)
 class Scuffing:
-    """Safety against scuffing of either method, from the flash temperature in every slice.
+    """Safety against scuffing by either method, from the flash temperature in every slice.
 
-    The teeth are as warm at every station of the face as the flash temperature there makes them: heat that flows
-    along the teeth is left out, as the standards leave it out with the load of the worst station.
+    The bulk temperature of every station follows from the flash temperature there. Heat conduction along the teeth is
+    neglected, as in the standards, which use the load of the worst station.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ class Scuffing:
 
     @classmethod
     def of(cls, table: tables.Scuffing, flash: FlashTemperature, friction: Friction) -> Scuffing:
-        """The mode that a scene's table asks for."""
+        """The mode of a scene's table."""
         oil = Oil.of(table)
         if table.method == "integral_temperature":
             limit, symbol = (
@@ -173,13 +173,13 @@ class Scuffing:
             limit = scuffing_temperature(oil, table.oil_temperature_C, table.load_stage, table.structural_factor)
             symbol = "theta_S"
         lubrication: Lubrication = table.oil_supply  # type: ignore[assignment]
-        told = {
+        factors = {
             symbol: f"{limit:.4g} degrees Celsius: failure load stage {table.load_stage:g} of A/8,3/90",
             "theta_oil": f"{table.oil_temperature_C:g} degrees Celsius: given",
             "X_W": f"{table.structural_factor:g}: given",
             "X_S": f"{_LUBRICATION_FACTOR[lubrication]:g}: {table.oil_supply}",
             "X_Gamma, X_G, X_BE, X_epsilon": "1: load, motion and curvature are those of every slice",
-            "X_J, X_Q, X_Ca": "1: loads where contact begins are solved, tip relief and all",
+            "X_J, X_Q, X_Ca": "1: loads at the start of contact are solved, with tip relief",
             "source": SCUFFING_SOURCE,
         }
         return cls(
@@ -189,7 +189,7 @@ class Scuffing:
             table.oil_temperature_C,
             lubrication,
             table.required_safety,
-            told | load_factors(table),
+            factors | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:
@@ -197,7 +197,7 @@ class Scuffing:
         return rated_locally(steps, self._safety)
 
     def _safety(self, contact: RatedContact) -> FloatArray:
-        _, flash = self.heat.felt(contact)
+        _, flash = self.heat.conditions_and_flash(contact)
         mean = mean_flash_temperature(np.where(contact.rated, flash, 0.0), contact.teeth.rolls.roll)
         if self.method == "integral_temperature":
             bulk = bulk_temperature_integral(self.oil_temperature, mean, self.lubrication)

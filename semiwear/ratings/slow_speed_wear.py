@@ -1,4 +1,4 @@
-"""Linear wear of slow gears after Plewe: the wear of a test, carried over by pressure, curvature and sliding."""
+"""Linear wear of slow gears after Plewe: the wear rate of a test, scaled by pressure, curvature and sliding."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def slow_speed_wear(
     Parameters
     ----------
     wear_rate : array [mm]
-        c_lT: wear of the test for each mesh, at the film thickness in question (Plewe's diagram).
+        c_lT: wear of the test for each mesh at the same film thickness (Plewe's diagram).
     cycles : array
         Meshes N.
     pressure, test_pressure : [MPa]
@@ -36,7 +36,7 @@ def slow_speed_wear(
     radius, test_radius : [mm]
         Relative radius of curvature at the pitch point.
     specific_sliding, test_specific_sliding :
-        Mean specific sliding over the flank; its sign does not matter.
+        Mean specific sliding over the flank, of either sign.
     """
     ratios = (np.asarray(pressure, float) / test_pressure) ** _PRESSURE_EXPONENT
     ratios = ratios * (np.asarray(radius, float) / test_radius)

@@ -1,7 +1,7 @@
-"""Specific film of an oil between loaded flanks, with what the heat of sliding takes from it (ISO/TS 6336-22).
+"""Specific film thickness between loaded flanks, reduced by the heat of sliding (ISO/TS 6336-22).
 
-The standard's text was not at hand: the formulas of ISO/TR 15144-1:2014, which it was before, are as the open program
-Mekanika (mekanika.org, 2026) quotes them; the factor of 1.4 is that of a commercial program's reports
+The standard's text was not at hand: the formulas are those of its predecessor ISO/TR 15144-1:2014, as quoted by the
+open program Mekanika (mekanika.org, 2026); the factor of 1.4 is that of a commercial program's reports
 (tests/reference/worked_examples.toml).
 """
 
@@ -20,7 +20,7 @@ _TEST_TO_LIMIT = 1.4  # lambda_GFP over the film of the test gear at its failure
 
 @dataclass(frozen=True, eq=False)
 class FilmContact:
-    """Contact of two flanks as the film sees it; arrays of one shape.
+    """Contact of two flanks, input of the film formula; all arrays have the same shape.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class FilmContact:
     curvature : array [1/mm]
         Relative curvature across the line.
     temperature : array [degC]
-        In the contact: bulk and flash together.
+        Contact temperature, bulk and flash together.
     effective_modulus : float [MPa]
-        E*, half the E_r of the formulas.
+        E*, half of E_r in the formulas.
     """
 
     sum_speed: FloatArray
@@ -46,9 +46,9 @@ class FilmContact:
 def specific_film(contact: FilmContact, oil: Oil, bulk_temperature: float, roughness: float) -> FloatArray:
     """Specific film thickness lambda_GF = h/Ra, with h = 1.6 R G^0.6 U^0.7 W^-0.13 S^0.22.
 
-    G = alpha E_r and U = eta v_sum/(2 E_r R) hold at the bulk temperature, W = 2 pi (p/E_r)^2 is q/(E_r R), and
-    S = (alpha eta at the contact temperature)/(alpha eta at the bulk temperature) tells what the heat of sliding
-    takes from the film (ISO/TR 15144-1:2014, eqs. 2 to 33). Meant for flooded contacts of steel flanks.
+    G = alpha E_r and U = eta v_sum/(2 E_r R) are taken at the bulk temperature, W = 2 pi (p/E_r)^2 is q/(E_r R), and
+    S = (alpha eta at the contact temperature)/(alpha eta at the bulk temperature) is the influence of the heat of
+    sliding (ISO/TR 15144-1:2014, eqs. 2 to 33). For flooded contacts of steel flanks.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def specific_film(contact: FilmContact, oil: Oil, bulk_temperature: float, rough
     Returns
     -------
     array
-        Of the shape of the contact; infinite where there is no pressure.
+        Of the shape of the contact's arrays; infinite without pressure.
     """
     modulus = 2.0 * contact.effective_modulus
     loaded = contact.pressure > 0.0
@@ -79,7 +79,7 @@ def specific_film(contact: FilmContact, oil: Oil, bulk_temperature: float, rough
 
 
 def permissible_film(test_film: float, material_factor: float = 1.0) -> float:
-    """Permissible specific film lambda_GFP = 1.4 W_W lambda_GFT of an oil that was tested.
+    """Permissible specific film lambda_GFP = 1.4 W_W lambda_GFT of a tested oil.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Published figures that results are compared with, as TOML files."""
+"""Published figures for comparison with results, as TOML files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def reference_names() -> tuple[str, ...]:
 
 
 def stated_names() -> tuple[str, ...]:
-    """Names of the references that state something in words, too."""
+    """Names of the references with statements in words."""
     return _names("statements")
 
 
@@ -42,13 +42,13 @@ def load_reference(name: str) -> Table:
     Raises
     ------
     SemiwearError
-        No reference has that name.
+        For an unknown name.
     """
     return _load(name)
 
 
 def load_statements(name: str) -> Table:
-    """Read what a reference states in words, and when a result agrees with it.
+    """Read the statements of a reference in words, and the conditions under which a result agrees with them.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def load_statements(name: str) -> Table:
     Raises
     ------
     SemiwearError
-        No reference has that name.
+        For an unknown name.
     """
     return _load(name, "statements")
 

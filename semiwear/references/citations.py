@@ -1,4 +1,4 @@
-"""Citations as BibTeX: from the sources that a result names to entries of `bibliography.bib`."""
+"""Citations as BibTeX: entries of `bibliography.bib` for the sources of a result."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _OWN = "semiwear"
 
 @cache
 def bibliography() -> dict[str, str]:
-    """Entries by key."""
+    """BibTeX entries by key."""
     text = resources.files(__package__).joinpath("bibliography.bib").read_text(encoding="utf-8")
     return {match.group(1): line for line in text.splitlines() if (match := _ENTRY.match(line))}
 
 
 def keys_of(reference: str) -> list[str]:
-    """Keys of the works that a source in words speaks of: `johnson1985`, `iso21771-2007`; several, or none."""
+    """Keys of all works cited in a text, such as `johnson1985` or `iso21771-2007`."""
     named = re.match(r"([a-z][\w-]*): ", reference)
     if named and named.group(1) in bibliography():
         return [named.group(1)]
@@ -34,25 +34,26 @@ def keys_of(reference: str) -> list[str]:
 
 
 def titled(key: str, place: str = "") -> str:
-    """A work of the bibliography as a source in words, which `keys_of` finds again."""
+    """Citation of a work in words; `keys_of` finds its key again."""
     entry = bibliography()[key]
     title = re.search(r"\b(?:title|journal) = \{(.*?)\}[,}]", entry)
     year = re.search(r"\byear = \{(\d+)\}", entry)
     words = re.sub(r"[{}]", "", title.group(1)) if title else ""
-    told = f"{words} ({year.group(1)})" if words and year else words or (year.group(1) if year else "")
-    return f"{key}: {', '.join(part for part in (told, place) if part)}"
+    work = f"{words} ({year.group(1)})" if words and year else words or (year.group(1) if year else "")
+    return f"{key}: {', '.join(part for part in (work, place) if part)}"
 
 
 def bibtex(references: Iterable[str], version: str) -> str:
-    """BibTeX of sources in words, each work once, after the software itself.
+    """BibTeX entries of the software and of all works cited in texts, each work once.
 
-    A work that the bibliography lacks becomes an entry of its words.
+    A work that is not in the bibliography becomes an entry with the text as its title.
 
     Parameters
     ----------
     references : iterable of str
+        Citations in words.
     version : str
-        Of the software.
+        Version of the software.
     """
     entries = {
         _OWN: f"@software{{{_OWN}, author = {{{{The semiwear developers}}}}, title = {{semiwear: gear tooth wear}}, "

@@ -1,6 +1,6 @@
 """Named sets of data with their sources: materials, wear coefficients and oils, as TOML files in `named`.
 
-A scene names them; none is ever a default.
+They are used only if a scene names them, never as defaults.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MATERIALS, WEAR, OILS = "materials", "wear", "oils"
 """Kinds of named data."""
 
 _KELVIN = 273.15
-_DENSITY_AT = 15.0  # degrees Celsius, at which oils' densities are given
+_DENSITY_AT = 15.0  # degrees Celsius, temperature of the oils' densities
 
 
 @cache
@@ -27,12 +27,12 @@ def named_sets(kind: str) -> dict[str, Table]:
 
 
 def named_set(kind: str, name: object) -> Table:
-    """A set by name; empty where there is none."""
+    """A set by name; empty for unknown names."""
     return named_sets(kind).get(name, {}) if isinstance(name, str) else {}
 
 
 def oil_at(oil: Table, temperature: float) -> dict[str, float]:
-    """Viscosity and pressure-viscosity coefficient of an oil under the names of a scene's fields.
+    """Viscosity and pressure-viscosity coefficient of an oil, by the names of a scene's fields.
 
     lg lg(v + 0.7) = m - n lg T gives the kinematic viscosity (ASTM D341), s v^t the pressure-viscosity coefficient
     (Gold et al. 2001).

@@ -1,7 +1,7 @@
-"""Cylindrical pairs from REXS files, the exchange standard of gear units.
+"""Cylindrical pairs from REXS files, the exchange format for gear units.
 
 >>> found = sw.read_rexs("gearbox.rexs", pinion_torque_Nm=300.0)
->>> print(found)                     # what was taken, and what has no counterpart in a scene
+>>> print(found)                     # fields that were taken, and attributes without a counterpart in a scene
 >>> tree = sw.simulate(found.scene)
 """
 

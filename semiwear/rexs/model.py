@@ -1,4 +1,4 @@
-"""A REXS file as components and relations: XML, JSON, or either of them zipped.
+"""A REXS file as components and relations: XML, JSON, or either zipped.
 
 Sources: REXS 1.0 to 2.0 (FVA, rexs.info), its XML and JSON schemas and data model as published with the REXS API
 (fva-net/rexs-api-java, Apache 2.0).
@@ -19,13 +19,13 @@ from semiwear.untyped import Value
 
 _VERSIONS = ("1.", "2.")
 _ALLOWED = "a REXS file: *.rexs (XML), *.rexsj (JSON) or *.rexsz (zipped)"
-_MOST = 64 << 20  # bytes of a model: gear units with results have some hundred kilobytes
+_MOST_BYTES = 64 << 20  # of a model: gear units with results have some hundred kilobytes
 _VALUES = ("floating_point", "integer", "string", "enum", "boolean", "file_reference", "reference_component")
 
 
 @dataclass(frozen=True)
 class Attribute:
-    """A value with its unit; text of what is no single value.
+    """A single value with its unit.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Relation:
-    """How components belong together.
+    """A relation between components.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class RexsModel:
     components : mapping from id to Component
     relations : tuple of Relation
     load_cases : tuple of mappings from id to Component
-        Further values of components under a load.
+        Components with their values under a load.
     """
 
     version: str
@@ -90,9 +90,9 @@ class RexsModel:
     load_cases: tuple[Mapping[str, Component], ...] = field(default=())
 
     def related(self, kind: str, **ends: str) -> Iterator[Mapping[str, str]]:
-        """Ends of relations of a kind that have components in some roles."""
+        """Ends of the relations of a kind with the given components in the given roles."""
         for relation in self.relations:
-            if relation.type == kind and all(relation.ends.get(role) == one for role, one in ends.items()):
+            if relation.type == kind and all(relation.ends.get(role) == number for role, number in ends.items()):
                 yield relation.ends
 
 
@@ -114,22 +114,23 @@ def read_model(path: str | os.PathLike[str]) -> RexsModel:
     except (ElementTree.ParseError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         if isinstance(error, SceneError):
             raise
-        what = f"{file}: {type(error).__name__}: {error}"
-        raise SceneError.of("path", what, _ALLOWED, "it is damaged or no REXS file: export it again") from error
+        found = f"{file}: {type(error).__name__}: {error}"
+        raise SceneError.of("path", found, _ALLOWED, "it is damaged or no REXS file: export it again") from error
     if not model.version.startswith(_VERSIONS):
         raise SceneError.of(
-            "path", f"{file}: REXS {model.version or 'without a version'}", "REXS 1 or 2", "export it so"
+            "path", f"{file}: REXS {model.version or 'without a version'}", "REXS 1 or 2", "export it as REXS 2"
         )
-    lost = {one for relation in model.relations for one in relation.ends.values()} - model.components.keys()
-    if lost:
-        what = f"{file}: relations to components {', '.join(sorted(lost))}, which are not there"
-        raise SceneError.of("path", what, _ALLOWED, "it is damaged: export it again")
+    missing = {number for relation in model.relations for number in relation.ends.values()} - model.components.keys()
+    if missing:
+        found = f"{file}: relations to components {', '.join(sorted(missing))}, which it does not contain"
+        raise SceneError.of("path", found, _ALLOWED, "it is damaged: export it again")
     return model
 
 
 def _bounded(data: bytes, file: Path) -> bytes:
-    if len(data) > _MOST:
-        raise SceneError.of("path", f"{file}: {len(data):.3g} bytes", f"at most {_MOST}", "export the gears alone")
+    if len(data) > _MOST_BYTES:
+        found = f"{file}: {len(data):.3g} bytes"
+        raise SceneError.of("path", found, f"at most {_MOST_BYTES}", "export the gears alone")
     return data
 
 
@@ -138,8 +139,10 @@ def _unzipped(file: Path) -> bytes:
         names = [name for name in archive.namelist() if name.casefold().endswith((".rexs", ".rexsj"))]
         if len(names) != 1:
             raise ValueError(f"{len(names)} REXS models in the archive, not one")
-        if archive.getinfo(names[0]).file_size > _MOST:
-            raise SceneError.of("path", f"{file}: too large", f"at most {_MOST} bytes", "export the gears alone")
+        if archive.getinfo(names[0]).file_size > _MOST_BYTES:
+            raise SceneError.of(
+                "path", f"{file}: too large", f"at most {_MOST_BYTES} bytes", "export the gears alone"
+            )
         return archive.read(names[0])
 
 
@@ -148,8 +151,8 @@ def _of_xml(data: bytes) -> RexsModel:
     if root.tag != "model":
         raise ValueError(f"its root is <{root.tag}>, not <model>")
     relations = [
-        Relation(one.attrib["type"], {end.attrib["role"]: end.attrib["id"] for end in one.iter("ref")})
-        for one in root.findall("relations/relation")
+        Relation(element.attrib["type"], {end.attrib["role"]: end.attrib["id"] for end in element.iter("ref")})
+        for element in root.findall("relations/relation")
     ]
     cases = [_xml_components(case.findall("component")) for case in root.findall("load_spectrum/load_case")]
     components = _xml_components(root.findall("components/component"))
@@ -158,20 +161,21 @@ def _of_xml(data: bytes) -> RexsModel:
 
 def _xml_components(elements: list[ElementTree.Element]) -> dict[str, Component]:
     found = {}
-    for one in elements:
+    for element in elements:
         attributes = {
             each.attrib["id"]: Attribute((each.text or "").strip() if not len(each) else None, each.get("unit", ""))
-            for each in one.findall("attribute")
+            for each in element.findall("attribute")
         }
-        found[one.attrib["id"]] = Component(one.attrib["id"], one.get("type", ""), one.get("name", ""), attributes)
+        number = element.attrib["id"]
+        found[number] = Component(number, element.get("type", ""), element.get("name", ""), attributes)
     return found
 
 
 def _of_json(data: bytes) -> RexsModel:
     model = json.loads(data.decode("utf-8-sig"))["model"]
     relations = [
-        Relation(one["type"], {end["role"]: str(end["id"]) for end in one.get("refs", ())})
-        for one in model.get("relations", ())
+        Relation(entry["type"], {end["role"]: str(end["id"]) for end in entry.get("refs", ())})
+        for entry in model.get("relations", ())
     ]
     spectrum = model.get("load_spectrum") or {}
     cases = [_json_components(case.get("components", ())) for case in spectrum.get("load_cases", ())]
@@ -181,11 +185,11 @@ def _of_json(data: bytes) -> RexsModel:
 
 def _json_components(entries: list[Value]) -> dict[str, Component]:
     found = {}
-    for one in entries:
+    for entry in entries:
         attributes = {}
-        for each in one.get("attributes", ()):
+        for each in entry.get("attributes", ()):
             value = next((each[kind] for kind in _VALUES if kind in each), None)
             attributes[each["id"]] = Attribute(value, each.get("unit", ""))
-        number = str(one["id"])
-        found[number] = Component(number, one.get("type", ""), one.get("name", ""), attributes)
+        number = str(entry["id"])
+        found[number] = Component(number, entry.get("type", ""), entry.get("name", ""), attributes)
     return found

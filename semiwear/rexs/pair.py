@@ -1,4 +1,4 @@
-"""A stage of a REXS file as a scene: which attribute is which field, and what has no counterpart."""
+"""A stage of a REXS file as a scene: fields from attributes, and a list of attributes without a counterpart."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _UNITS = {
     "mm": "mm", "deg": "deg", "°": "deg", "none": "none", "": "none", "-": "none", "N/mm^2": "N / mm^2",
     "MPa": "N / mm^2",  # of REXS 2
 }  # fmt: skip
-# attribute of a gear or its flanks: its unit, and the field that it gives
+# attribute of a gear or its flanks: its unit, and the field of the scene
 _OF_GEAR = {
     "number_of_teeth": ("none", "{}_teeth"),
     "face_width": ("mm", "{}_face_width_mm"),
     "tip_diameter": ("mm", "{}_tip_diameter_mm"),
 }
-# signs that a ring gear has in a scene, whichever the file gives it (ISO 21771 counts diameters negative, too)
+# signs of a ring gear's values in a scene, for either sign in the file (in ISO 21771 its diameters are negative)
 _OF_RING: dict[str, Callable[[float], float]] = {"number_of_teeth": lambda teeth: -abs(teeth), "tip_diameter": abs}
 _OF_FLANK = {"addendum_modification_coefficient": ("none", "{}_profile_shift")}
 _SHARED = {
@@ -34,13 +34,13 @@ _SHARED = {
     "helix_angle_reference_diameter": ("deg", "helix_angle_deg"),
 }
 _OF_MATERIAL = {"elastic_modulus": ("N / mm^2", "youngs_modulus_MPa"), "poisson_ratio": ("none", "poissons_ratio")}
-_PLACE = ("reference_component_for_position", "support_vector", "u_axis_vector", "w_axis_vector")
-_SAME = 1e-9  # relative: values of both gears, or both flanks, that must be equal
+_POSITION = ("reference_component_for_position", "support_vector", "u_axis_vector", "w_axis_vector")
+_SAME = 1e-9  # relative tolerance of values that must be equal for both gears or both flanks
 
 
 @dataclass(frozen=True)
 class RexsPair:
-    """A scene from a REXS file: printed as a table of what was taken and a list of what was left.
+    """A scene from a REXS file: printed as a table of the fields taken and a list of the attributes left out.
 
     Attributes
     ----------
@@ -71,18 +71,18 @@ def read_rexs(
 ) -> RexsPair:
     """A cylindrical stage of a REXS file (version 1 or 2; XML, JSON or zipped) as a scene.
 
-    The gear with fewer teeth, or the one within a ring gear, is the pinion, which drives. A ring gear has a negative
-    number of teeth in the scene, whichever sign the file gives it. Teeth, module, pressure and helix angle, hand,
-    profile shifts, face widths, tip diameters, centre distance and elastic constants are taken as they are, dedendum
-    and rims follow from root and inner diameters; fields that the file does not give have the defaults of a scene.
-    Flank modifications, roughness, tolerances, strengths, bearings and places along shafts have no counterpart, or
-    none that is the same, and are listed.
+    The gear with fewer teeth, or the mate of a ring gear, is the pinion, which drives. A ring gear has a negative
+    number of teeth in the scene, for either sign in the file. Teeth, module, pressure and helix angle, hand, profile
+    shifts, face widths, tip diameters, centre distance and elastic constants are taken as they are; dedendum and rims
+    follow from root and inner diameters; fields that the file does not give have the defaults of a scene. Flank
+    modifications, roughness, tolerances, strengths, bearings and positions along shafts have no exact counterpart and
+    are listed.
 
     Parameters
     ----------
     path : path
     stage : str, optional
-        Id of the component `cylindrical_stage`, where the file has several.
+        Id of the component `cylindrical_stage`, if the file has several.
     pinion_torque_Nm : float, optional
         Torque on the pinion; needed unless exactly one load case gives the gear's `torque`.
     changes : mapping, optional
@@ -91,8 +91,7 @@ def read_rexs(
     Raises
     ------
     SceneError
-        For a file that is damaged or holds no such stage, what contradicts itself, and all that is wrong with the
-        scene.
+        For a damaged file, a file without such a stage, contradictions in it, and all problems of the scene.
     """
     model = read_model(path)
     found = _Reading(model, _stage(model, stage))
@@ -100,24 +99,24 @@ def read_rexs(
     if found.problems:
         raise SceneError(found.problems, os.fspath(path))
     scene = scene_from_dict(scene_table, name=os.fspath(path), check=None if changes else geometric_problems)
-    if changes:  # the geometry of the teeth is looked at once, as changed
+    if changes:  # the geometry of the teeth is checked once, after the changes
         scene = replace(scene, _check=geometric_problems).replace(changes)
     return RexsPair(scene, tuple(found.taken), tuple(found.left_out()))
 
 
-def _stage(model: RexsModel, wanted: str | None) -> Component:
-    stages = [one for one in model.components.values() if one.type == "cylindrical_stage"]
-    named = [one for one in stages if wanted is None or one.id == str(wanted)]
-    if len(named) == 1:
-        return named[0]
-    ids = one_of(one.id for one in stages) or "a file with a component cylindrical_stage"
-    what = f"{len(stages)} stages" if wanted is None else wanted
-    raise SceneError.of("stage", what, ids, "name one of them" if stages else "other kinds of stages are not read")
+def _stage(model: RexsModel, number: str | None) -> Component:
+    stages = [part for part in model.components.values() if part.type == "cylindrical_stage"]
+    chosen = [stage for stage in stages if number is None or stage.id == str(number)]
+    if len(chosen) == 1:
+        return chosen[0]
+    ids = one_of(stage.id for stage in stages) or "a file with a component cylindrical_stage"
+    found = f"{len(stages)} stages" if number is None else number
+    raise SceneError.of("stage", found, ids, "name one of them" if stages else "other kinds of stages are not read")
 
 
 @dataclass
 class _Reading:
-    """A stage as it is read, attribute by attribute."""
+    """State while a stage is read: fields taken, problems, and attributes used."""
 
     model: RexsModel
     stage: Component
@@ -142,24 +141,24 @@ class _Reading:
                 self._take(pair, to.format(body), (gear, *flanks), name, unit)
             self._tool_and_rim(pair, body, gear)
             materials[body] = self._material(body, gear)
-        both = [one for gear in gears for one in (gear, *self._flanks(gear))]
+        gears_and_flanks = [part for gear in gears for part in (gear, *self._flanks(gear))]
         for name, (unit, to) in _SHARED.items():
-            self._take(pair, to, both, name, unit, abs)
+            self._take(pair, to, gears_and_flanks, name, unit, abs)
         self._hand(pair, gears)
         self.parts.append(self.stage)
         self._take(pair, "centre_distance_mm", (self.stage,), "center_distance", "mm", abs)
         operation: Table = {"pinion_torque_Nm": self._torque(gears[0], torque)}
-        whole = {key: int(value) for key, value in pair.items() if key.endswith("_teeth")}
+        teeth = {key: int(value) for key, value in pair.items() if key.endswith("_teeth")}
         title = f"REXS stage {self.stage.id}" + (f": {self.stage.name}" if self.stage.name else "")
-        return {"title": title, "gear_pair": pair | whole, "material": materials, "operation": operation}
+        return {"title": title, "gear_pair": pair | teeth, "material": materials, "operation": operation}
 
     def left_out(self) -> list[str]:
-        """Attributes that nothing was taken of, of the stage, its gears, flanks and materials."""
+        """Unused attributes of the stage, its gears, flanks and materials."""
         return [
-            f"{part}: {name}" + (f" = {one.value} {one.unit}".rstrip() if one.value is not None else "")
+            f"{part}: {name}" + (f" = {entry.value} {entry.unit}".rstrip() if entry.value is not None else "")
             for part in {part.id: part for part in self.parts}.values()
-            for name, one in part.attributes.items()
-            if (part.id, name) not in self.used and name not in _PLACE
+            for name, entry in part.attributes.items()
+            if (part.id, name) not in self.used and name not in _POSITION
         ]
 
     # ---- parts
@@ -184,14 +183,14 @@ class _Reading:
 
     def _modifications(self, flanks: list[Component]) -> list[Component]:
         """Reliefs, crownings and measured deviations of flanks."""
-        own = {flank.id for flank in flanks}
-        others = {one for relation in self.model.relations if own & set(relation.ends.values())
-                  for one in relation.ends.values()}  # fmt: skip
-        parts = [self.model.components[one] for one in sorted(others - own)]
+        ids = {flank.id for flank in flanks}
+        related = {end for relation in self.model.relations if ids & set(relation.ends.values())
+                   for end in relation.ends.values()}  # fmt: skip
+        parts = [self.model.components[number] for number in sorted(related - ids)]
         return [part for part in parts if part.type not in ("cylindrical_gear", "ring_gear")]
 
     def _material(self, body: str, gear: Component) -> Table:
-        """Elastic constants of the gear's own material, else of the shaft that it is part of."""
+        """Elastic constants of the gear's own material, or else of that of its shaft."""
         owners = [gear.id, *(ends["assembly"] for ends in self.model.related("assembly", part=gear.id))]
         found: Table = {}
         for owner in owners:
@@ -233,8 +232,10 @@ class _Reading:
             return
         same = (first > 0.0) == (second > 0.0)
         if same != (gears[1].type == "ring_gear"):
-            what = f"{first:g} and {second:g} deg"
-            self._problem(f"{self.stage}.{name}", what, "opposite signs of external gears, equal ones of a ring gear")
+            found = f"{first:g} and {second:g} deg"
+            self._problem(
+                f"{self.stage}.{name}", found, "opposite signs of external gears, equal ones of a ring gear"
+            )
         pair["hand"] = "right" if first > 0.0 else "left"
         self.taken.append(("gear_pair.hand", pair["hand"], f"{gears[0]}: {name}"))
 
@@ -243,17 +244,17 @@ class _Reading:
             return given
         data = [ends["stage_gear_data"] for ends in self.model.related("stage_gear_data", gear=pinion.id)
                 if ends.get("stage") == self.stage.id]  # fmt: skip
-        told = []
+        torques = []
         for case in self.model.load_cases:
-            for one in (*data, pinion.id):
-                if one in case and "torque" in case[one].attributes:
-                    value = self._number(case[one], "torque", "N m")
-                    told += [] if value is None else [abs(value)]
-        if len(told) == 1:
-            self.taken.append(("operation.pinion_torque_Nm", f"{told[0]:g}", f"{pinion}: torque of the load case"))
-            return told[0]
-        what = f"{len(told)} load cases that give it" if told else None
-        self._problem("pinion_torque_Nm", what, "the torque on the pinion [N m]", "give pinion_torque_Nm")
+            for number in (*data, pinion.id):
+                if number in case and "torque" in case[number].attributes:
+                    value = self._number(case[number], "torque", "N m")
+                    torques += [] if value is None else [abs(value)]
+        if len(torques) == 1:
+            self.taken.append(("operation.pinion_torque_Nm", f"{torques[0]:g}", f"{pinion}: torque of the load case"))
+            return torques[0]
+        found = f"{len(torques)} load cases that give it" if torques else None
+        self._problem("pinion_torque_Nm", found, "the torque on the pinion [N m]", "give pinion_torque_Nm")
         return None
 
     # ---- values
@@ -262,7 +263,7 @@ class _Reading:
         self, into: Table, to: str, parts: list[Component] | tuple[Component, ...], name: str, unit: str,
         change: Callable[[float], float] | None = None, shown: str | None = None,
     ) -> None:  # fmt: skip
-        """Put an attribute that one or more of the parts have, and which must be the same, into a table."""
+        """Put an attribute of one or more parts, which must have equal values, into a table."""
         change = change or (lambda value: value)
         found = [(part, value) for part in parts if (value := self._number(part, name, unit)) is not None]
         values = {part.id: change(value) for part, value in found}
@@ -270,9 +271,9 @@ class _Reading:
             return
         least, most = min(values.values()), max(values.values())
         if most - least > _SAME * max(abs(least), abs(most)):
-            told = " and ".join(f"{value:g}" for value in values.values())
-            fix = "flanks of two kinds and gears of two modules are not modelled"
-            self._problem(f"{self.stage}.{name}", told, "one value of both", fix)
+            differing = " and ".join(f"{value:g}" for value in values.values())
+            fix = "different flanks of a gear and different modules are not modelled"
+            self._problem(f"{self.stage}.{name}", differing, "equal values", fix)
         self._put(into, to, most if most == least else next(iter(values.values())), found[0][0], name, shown)
         self.used |= {(part.id, name) for part, _ in found}
 
@@ -286,7 +287,7 @@ class _Reading:
             return None
         found = part.attributes[name]
         if _UNITS.get(found.unit, found.unit) != unit:
-            self._problem(f"{part}.{name}", f"in {found.unit!r}", f"in {unit!r}", "REXS says so: export it again")
+            self._problem(f"{part}.{name}", f"in {found.unit!r}", f"in {unit!r}", "the unit of REXS: export it again")
         try:
             value = float(found.value)
         except (TypeError, ValueError):
@@ -296,7 +297,7 @@ class _Reading:
             return None
         return value
 
-    def _problem(self, where: str, value: Value, allowed: str, fix: str = "see that the file has them") -> None:
-        one = Problem(where, value, allowed, fix)
-        if one not in self.problems:
-            self.problems.append(one)
+    def _problem(self, where: str, value: Value, allowed: str, fix: str = "check the file") -> None:
+        problem = Problem(where, value, allowed, fix)
+        if problem not in self.problems:
+            self.problems.append(problem)

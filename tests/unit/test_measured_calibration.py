@@ -335,8 +335,8 @@ def _pinion_points(scene):
 
 
 def test_an_unworn_flank_says_nothing(guess, scene, tree, grid):
-    refused("says nothing of k", guess, part(tree, scene, grid, step=0))
-    refused("Without before, the flank is taken to have been nominal", guess, part(tree, scene, grid, step=0))
+    refused("does not determine k", guess, part(tree, scene, grid, step=0))
+    refused("Without before, the unworn flank is assumed nominal", guess, part(tree, scene, grid, step=0))
 
 
 def test_a_flank_worn_away_is_no_wear(guess, scene, grid):

@@ -123,8 +123,8 @@ MKA = (DATA / "spur_fzg_c_gear.mka").read_text(encoding="utf-8")
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("a.mka", MKA[: MKA.rindex(" ") - 300], "its head says 48"),
-        ("a.mka", MKA.replace("/ 48 Werte  / z= 2.0", "/ 60 Werte  / z= 2.0", 1), "48 values, its head says 60"),
+        ("a.mka", MKA[: MKA.rindex(" ") - 300], "48 in its heading"),
+        ("a.mka", MKA.replace("/ 48 Werte  / z= 2.0", "/ 60 Werte  / z= 2.0", 1), "48 values, 60 in its heading"),
         ("a.mka", MKA.replace("da  [mm]", "dx  [mm]"), "no range da"),
         ("a.mka", MKA.replace("PROFILE      diameter", "PROFILE      length"), "PROFILE length"),
         ("a.mka", MKA.replace("UNITS        mm", "UNITS        inch"), "UNITS inch"),
