@@ -11,7 +11,7 @@ from semiwear.errors import SemiwearError
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plot.curve_names import name_curves, name_place
 from semiwear.plot.flank import along_tooth, chosen_body, flank_axes, mark_pitch_band
-from semiwear.plot.flank_places import flank_places
+from semiwear.plot.flank_regions import flank_regions
 from semiwear.plot.style import (
     ROLL_LABEL,
     axes_for,
@@ -111,17 +111,17 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
 
 def _mark_strips(ax: Axes, results: TwoResults, tree: xr.DataTree) -> None:
     """Limits of the strips along the borders."""
-    places = flank_places(results)
-    if places is None:
+    regions = flank_regions(results)
+    if regions is None:
         return
     gear, _ = along_tooth(tree)
     along = gear.values.mean(axis=0)
-    ends = np.interp((places.first, places.last), gear["face"].values, along)
+    ends = np.interp((regions.first, regions.last), gear["face"].values, along)
     style: Options = {"color": "#117733", "lw": 0.9, "ls": ":"}
-    ax.plot(along, places.lower, **style)
+    ax.plot(along, regions.lower, **style)
     last = int(np.argmax(along))
-    width = f"{places.width:.2g} mm from the borders"
-    name_place(ax, float(along[last]), float(places.lower[last]), width, colour="#117733", above=True)
-    ax.plot(along, places.upper, **style)
+    width = f"{regions.width:.2g} mm from the borders"
+    name_place(ax, float(along[last]), float(regions.lower[last]), width, colour="#117733", above=True)
+    ax.plot(along, regions.upper, **style)
     for end in ends:
         ax.axvline(end, **style)
