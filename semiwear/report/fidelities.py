@@ -62,7 +62,7 @@ def against_section(tree: xr.DataTree, against: xr.DataTree) -> str:
     Raises
     ------
     SemiwearError
-        If the results lie on different flank grids; the message says in what they differ and what to do.
+        If the results lie on different flank grids; the message names the difference and the remedy.
     """
     results = TwoResults.of(tree, against)
     scenes = scene_tables(tree), scene_tables(against)

@@ -66,7 +66,7 @@ def _of_module(tree: xr.DataTree, depth: float) -> str:
 
 
 def life_numbers(tree: xr.DataTree) -> list[Number]:
-    """Life until a wear depth, and the failure mode that ends it earlier; empty if the scene has no such effect."""
+    """Life until a wear depth, and the failure mode that ends it earlier; empty without `[effects.run_life]`."""
     found = group_of(tree, "life")
     if "meshes_to_limit" not in found:
         return []
