@@ -1,4 +1,4 @@
-"""Pictures of two results of one flank grid, such as the two fidelities."""
+"""Pictures that compare two results on the same flank grid, such as those of both fidelities."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from semiwear.errors import SemiwearError
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plot.curve_names import name_curves, name_place
 from semiwear.plot.flank import along_tooth, chosen_body, flank_axes, mark_pitch_band
-from semiwear.plot.flank_places import flank_places
+from semiwear.plot.flank_regions import flank_regions
 from semiwear.plot.style import (
     ROLL_LABEL,
     axes_for,
@@ -28,7 +28,7 @@ from semiwear.untyped import Options
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_LEAST_SCALE = 1e-3  # um of difference that colours span at least: equal flanks stay white
+_LEAST_SCALE = 1e-3  # least end of the colour scale [um]: equal flanks are white
 
 
 @styled()
@@ -40,7 +40,7 @@ def wear_difference(
     Parameters
     ----------
     tree, against : DataTree
-        Results with `/flank` on the same grid; drawn is `tree` minus `against`.
+        Results with `/flank` on the same grid; the picture shows `tree` minus `against`.
     ax : Axes, optional
         Where to draw; a new figure unless given.
     body : str, optional
@@ -53,7 +53,7 @@ def wear_difference(
     Raises
     ------
     SemiwearError
-        If the results share no worn flank, or lie on different grids.
+        If the results have no worn flank in common, or different grids.
     """
     results = TwoResults.of(tree, against)
     if not results.worn:
@@ -87,20 +87,20 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
     positions = results.labels("engagement", "roll_position")
     highest = {"contact_pressure_max": 0.0, "contact_pressure_max_edge": 0.0}
     for step, colour in colours.items():
-        whens = [
-            step_name(need(one, "engagement", "contact_pressure_max"), index)
-            for one, index in zip(results.trees, step, strict=True)
+        step_names = [
+            step_name(need(result, "engagement", "contact_pressure_max"), index)
+            for result, index in zip(results.trees, step, strict=True)
         ]
         for variable in highest:
             if not results.have("engagement", variable):
                 continue
             edge = variable.endswith("edge")
             curves = results.values("engagement", variable, step)
-            for k, (curve, at, dashes) in enumerate(zip(curves, positions, ("-", "--"), strict=True)):
-                text = None if edge else f"{results.names[k]}, {whens[k]}"
+            for k, (curve, roll, dashes) in enumerate(zip(curves, positions, ("-", "--"), strict=True)):
+                text = None if edge else f"{results.names[k]}, {step_names[k]}"
                 shown = np.where(curve > 0.0, curve, np.nan)
                 width = 0.8 if edge else 1.8
-                ax.plot(at, shown, color=colour, ls=dashes, lw=width, label=text)
+                ax.plot(roll, shown, color=colour, ls=dashes, lw=width, label=text)
                 highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
     pressure_scale(ax, highest["contact_pressure_max"], highest["contact_pressure_max_edge"])
     pressure = need(tree, "engagement", "contact_pressure_max")
@@ -110,18 +110,18 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
 
 
 def _mark_strips(ax: Axes, results: TwoResults, tree: xr.DataTree) -> None:
-    """Limits of the strips along the borders."""
-    places = flank_places(results)
-    if places is None:
+    """Draw the limits of the strips along the borders."""
+    regions = flank_regions(results)
+    if regions is None:
         return
     gear, _ = along_tooth(tree)
     along = gear.values.mean(axis=0)
-    ends = np.interp((places.first, places.last), gear["face"].values, along)
+    ends = np.interp((regions.first, regions.last), gear["face"].values, along)
     style: Options = {"color": "#117733", "lw": 0.9, "ls": ":"}
-    ax.plot(along, places.lower, **style)
+    ax.plot(along, regions.lower, **style)
     last = int(np.argmax(along))
-    width = f"{places.width:.2g} mm from the borders"
-    name_place(ax, float(along[last]), float(places.lower[last]), width, colour="#117733", above=True)
-    ax.plot(along, places.upper, **style)
+    width = f"{regions.width:.2g} mm from the borders"
+    name_place(ax, float(along[last]), float(regions.lower[last]), width, colour="#117733", above=True)
+    ax.plot(along, regions.upper, **style)
     for end in ends:
         ax.axvline(end, **style)

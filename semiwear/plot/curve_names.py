@@ -1,4 +1,4 @@
-"""Names of curves and places beside them, in their colours, where a legend would cover something."""
+"""Names of curves and points, written beside them in their colours instead of a legend."""
 
 from __future__ import annotations
 
@@ -13,35 +13,34 @@ if TYPE_CHECKING:
     from matplotlib.typing import ColorType
 
 _SIZE = 9.0  # of the letters [points]
-_LINE = 1.3  # height of a line of text over the size of its letters
-_ALIKE = 0.04  # of the height of the axes: curves that end within it are told apart by their means
-_LONG = 16  # letters
-_NEAR_BORDER = 0.04  # of the height of the axes: a name beside such a place lies inside it
-_DARKER = 0.75  # than its curve: a name has thin strokes
+_LINE = 1.3  # height of a line of text over the size of the letters
+_ALIKE = 0.04  # of the height of the axes: curves whose ends differ by less are ordered by their means
+_LONG = 16  # letters from which a name has two lines
+_NEAR_BORDER = 0.04  # of the height of the axes: names of points so near to a border are put inside
+_DARKER = 0.75  # brightness of a name over that of its curve: letters have thin strokes
 
 
 def name_curves(ax: Axes) -> None:
-    """Write the name of each labelled curve right of the axes, at the height of its end; limits must stand.
+    """Write the name of each labelled curve right of the axes, at the height of its end; limits must be final.
 
-    Names keep clear of one another and stand in the order of the curves' ends, or of their means where all curves end
-    together.
+    Names do not overlap, and have the order of the curves' ends, or of their means if all ends are close together.
     """
     curves = [line for line in ax.get_lines() if not str(line.get_label()).startswith("_")]
     names = [_broken(str(line.get_label())) for line in curves]
     if not curves:
         return
-    ax.get_xlim(), ax.get_ylim()  # limits that follow the curves are found when they are asked for
+    ax.get_xlim(), ax.get_ylim()  # matplotlib computes automatic limits when they are read
     height = ax.get_window_extent().height * 72.0 / ax.figure.dpi
-    room = np.array([(name.count("\n") + 1) * _LINE * _SIZE / height for name in names])
+    heights = np.array([(name.count("\n") + 1) * _LINE * _SIZE / height for name in names])
     ends = np.array([_level(ax, line, last=True) for line in curves])
     if len(curves) > 1 and np.ptp(ends) < _ALIKE:
         means = np.array([_level(ax, line, last=False) for line in curves])
-        order, wanted = np.argsort(means), ends + 1e-9 * means
+        order, levels = np.argsort(means), ends + 1e-9 * means
         middle = 0.5
-        wanted[order] = middle + np.cumsum(room[order]) - 0.5 * room[order] - 0.5 * room.sum()
+        levels[order] = middle + np.cumsum(heights[order]) - 0.5 * heights[order] - 0.5 * heights.sum()
     else:
-        wanted = ends
-    for line, name, at in zip(curves, names, _apart(wanted, room), strict=True):
+        levels = ends
+    for line, name, at in zip(curves, names, _apart(levels, heights), strict=True):
         ax.text(
             1.02, at, name, transform=ax.transAxes, color=_darker(line.get_color()), fontsize=_SIZE, va="center",
             linespacing=1.1,
@@ -51,9 +50,9 @@ def name_curves(ax: Axes) -> None:
 def name_place(
     ax: Axes, x: float, y: float, name: str, *, colour: str = "black", above: bool = False, left: bool | None = None
 ) -> None:
-    """Write the name of a place beside it, rimmed to stand out on any ground; `left` of it or right.
+    """Write the name of a point beside it, with a contrasting rim, to its `left` or right.
 
-    Unless it is said, towards the middle of the axes: a name at their upper or lower border lies within.
+    By default on the side of the middle of the axes; near their upper or lower border the name is put inside.
     """
     from matplotlib import patheffects
 
@@ -61,8 +60,8 @@ def name_place(
         low, high = ax.get_xlim()
         left = x > 0.5 * (low + high)
     low, high = ax.get_ylim()
-    share = (y - low) / (high - low)
-    beside = "top" if share > 1.0 - _NEAR_BORDER else "bottom" if share < _NEAR_BORDER else "center"
+    level = (y - low) / (high - low)
+    beside = "top" if level > 1.0 - _NEAR_BORDER else "bottom" if level < _NEAR_BORDER else "center"
     rim = "black" if colour == "white" else "white"
     ax.annotate(
         name,
@@ -79,7 +78,7 @@ def name_place(
 
 
 def _broken(name: str) -> str:
-    """A name in two lines where it is long."""
+    """A name, in two lines if it is long."""
     return name.replace(", ", "\n", 1) if len(name) > _LONG else name
 
 
@@ -93,16 +92,16 @@ def _level(ax: Axes, line: Line2D, *, last: bool) -> float:
     return float(np.clip(shown[-1] if last else shown.mean(), 0.0, 1.0))
 
 
-def _apart(wanted: np.ndarray, room: np.ndarray) -> np.ndarray:
-    """Heights near the wanted ones whose names do not overlap: pushed up from the lowest, then down from the top."""
-    order = np.argsort(wanted, kind="stable")
-    at = wanted.astype(float).copy()
+def _apart(levels: np.ndarray, heights: np.ndarray) -> np.ndarray:
+    """Heights near the `levels` at which names do not overlap: moved up from the lowest, then down from the top."""
+    order = np.argsort(levels, kind="stable")
+    at = levels.astype(float).copy()
     for below, above in pairwise(order):
-        at[above] = max(at[above], at[below] + 0.5 * (room[below] + room[above]))
-    top = 1.0 + 0.5 * room[order[-1]]
+        at[above] = max(at[above], at[below] + 0.5 * (heights[below] + heights[above]))
+    top = 1.0 + 0.5 * heights[order[-1]]
     at[order[-1]] = min(at[order[-1]], top)
     for above, below in pairwise(order[::-1]):
-        at[below] = min(at[below], at[above] - 0.5 * (room[below] + room[above]))
+        at[below] = min(at[below], at[above] - 0.5 * (heights[below] + heights[above]))
     return at
 
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @styled()
 def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Sliding distance of each body in one mesh over the roll position, fresh and at one wear step.
+    """Sliding distance of each body in one mesh over the roll position, unworn and at one wear step.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None =
             ax.plot(*_curve(curves, 0, where), color=colour, lw=1.1, ls="--", label=f"{body}, unworn")
         name = f"{body}, {step_name(sliding, shown)}"
         ax.plot(*_curve(curves, shown, where), color=colour, label=name)
-    ax.set(xlabel=ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
+    ax.set(xlabel=ROLL_LABEL, ylabel=label(sliding, "Sliding distance per mesh"))
     ax.set_ylim(bottom=0.0)
     name_curves(ax)
     return ax
@@ -94,15 +94,15 @@ def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axe
 def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest contact pressure over the engagement at the first, middle and last wear step.
 
-    Thick lines: away from borders. Dotted lines: at an edge, where it presses harder than the flank; that value
-    depends on the edge's rounding and on the mesh. Hatched: at some step drawn, edges alone bear. Parameters and
-    return value as in `sliding_along_path`.
+    Thick lines: away from borders. Dotted lines: at an edge, where its pressure is higher than on the flank; that
+    value depends on the edge's rounding and on the mesh. Hatched: roll positions where only edges carry load at a
+    wear step that is drawn. Parameters and return value as in `sliding_along_path`.
     """
     pressure = need(tree, "engagement", "contact_pressure_max")
     (ax,) = axes_for(ax)
     engagement, where = tree["engagement"].to_dataset(), _loaded(tree)
     clear = away_from_edges(engagement)
-    _step_curves(ax, clear, where, of=pressure)
+    _step_curves(ax, clear, where, named_by=pressure)
     greatest = np.fmax.reduce(clear.values[:, where], axis=None, initial=0.0)
     pressure_scale(ax, greatest, _edge_curves(ax, engagement, clear, where))
     ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
@@ -111,44 +111,44 @@ def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) 
 
 
 def _edge_curves(ax: Axes, engagement: xr.Dataset, clear: xr.DataArray, where: np.ndarray) -> float:
-    """Draw what edges press, and hatch where they alone bear; returns the greatest pressure drawn."""
+    """Draw the pressure at edges and hatch where only edges carry load; returns the greatest pressure drawn."""
     if "contact_pressure_max_edge" not in engagement:
         return 0.0
     edge = engagement["contact_pressure_max_edge"]
     colours = step_colours(edge.sizes["wear_step"])
-    alone, highest, named = np.zeros(where.size, dtype=bool), 0.0, False
+    edges_only, highest, named = np.zeros(where.size, dtype=bool), 0.0, False
     for step in chosen_steps(edge):
-        roll, pressed = _curve(edge, step, where)
-        beside = clear.isel(wear_step=step).values[where]
-        alone |= np.isnan(beside)
-        shown = np.where(pressed > np.nan_to_num(beside), pressed, np.nan)
+        roll, at_edge = _curve(edge, step, where)
+        on_flank = clear.isel(wear_step=step).values[where]
+        edges_only |= np.isnan(on_flank)
+        shown = np.where(at_edge > np.nan_to_num(on_flank), at_edge, np.nan)
         if np.isnan(shown).all():
             continue
-        name = None if named else "dotted: an edge\npresses harder"
+        name = None if named else "dotted: higher\nat an edge"
         ax.plot(roll, shown, color=colours[step], lw=1.0, ls=":", marker=".", ms=4.0, label=name)
         highest, named = float(np.fmax.reduce(shown, initial=highest)), True
-    _hatch(ax, engagement["roll_position"].values[where], alone)
+    _hatch(ax, engagement["roll_position"].values[where], edges_only)
     return highest
 
 
-def _hatch(ax: Axes, roll: np.ndarray, alone: np.ndarray) -> None:
-    """Hatch stretches of roll positions, half a step wider to either side."""
-    if not alone.any():
+def _hatch(ax: Axes, roll: np.ndarray, edges_only: np.ndarray) -> None:
+    """Hatch the roll positions where only edges carry load, half a step wider on each side."""
+    if not edges_only.any():
         return
     ends = np.concatenate([roll[:1], 0.5 * (roll[1:] + roll[:-1]), roll[-1:]])
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], alone, [False]]).astype(int)))
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], edges_only, [False]]).astype(int)))
     for start, stop in turns.reshape(-1, 2):
         ax.axvspan(ends[start], ends[stop], fc="none", ec="#999999", hatch="////", lw=0.0)
     start, stop = max(turns.reshape(-1, 2), key=lambda turn: ends[turn[1]] - ends[turn[0]])
     ax.text(
-        0.5 * (ends[start] + ends[stop]), 0.03, "edges alone bear", rotation=90, fontsize=9.0, ha="center",
+        0.5 * (ends[start] + ends[stop]), 0.03, "only edges carry load", rotation=90, fontsize=9.0, ha="center",
         va="bottom", transform=ax.get_xaxis_transform(), bbox={"fc": "white", "ec": "none", "pad": 1.0},
     )  # fmt: skip
 
 
 @styled()
 def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
-    """Loaded transmission error over one mesh cycle, a curve a wear step.
+    """Loaded transmission error over one mesh cycle, one curve per wear step.
 
     Parameters and return value as in `sliding_along_path`.
     """
@@ -171,11 +171,11 @@ def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes
     return ax
 
 
-def _step_curves(ax: Axes, array: xr.DataArray, where: np.ndarray, of: xr.DataArray | None = None) -> None:
-    """Curves of the first, middle and last wear step over the roll position, named after the steps of `of`."""
+def _step_curves(ax: Axes, array: xr.DataArray, where: np.ndarray, named_by: xr.DataArray | None = None) -> None:
+    """Curves of the first, middle and last wear step over the roll position, with the step names of `named_by`."""
     colours = step_colours(array.sizes["wear_step"])
     for step in chosen_steps(array):
-        name = step_name(array if of is None else of, step)
+        name = step_name(array if named_by is None else named_by, step)
         ax.plot(*_curve(array, step, where), color=colours[step], label=name)
 
 
@@ -184,7 +184,7 @@ def _curve(array: xr.DataArray, step: int, where: np.ndarray) -> tuple[np.ndarra
 
 
 def _loaded(tree: xr.DataTree) -> np.ndarray:
-    """Roll positions that carry load at some wear step, and one neighbour on each side."""
+    """Roll positions that carry load at any wear step, with a neighbour on each side."""
     share = need(tree, "engagement", "load_share").values
     loaded = np.flatnonzero((share > 1e-6).any(axis=0))
     if not loaded.size:

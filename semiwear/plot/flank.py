@@ -28,7 +28,7 @@ WEAR_COLOURS = "magma_r"
 def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
     """Wear of a flank along the tooth and over its height, with the band of the pitch surface.
 
-    Marked are the place of the greatest wear and, where it lies on this body, the control point.
+    The greatest wear and, if it lies on this body, the control point are marked.
 
     Parameters
     ----------
@@ -69,10 +69,10 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, 
 
 @styled()
 def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Contact pattern: greatest pressure on each point of the gear's flank in a mesh; fidelity ``patch``.
+    """Contact pattern: greatest pressure at each point of the gear's flank in a mesh; fidelity ``patch``.
 
-    Colours end at the greatest pressure away from borders over all wear steps, so that pictures of one result can
-    be compared; rounded edges lie beyond. Parameters and return value as in `wear_map`.
+    The colour scale ends at the greatest pressure away from borders over all wear steps, so that pictures of a result
+    can be compared; pressures on rounded edges are above it. Parameters and return value as in `wear_map`.
     """
     pattern = need(tree, "flank", "contact_pattern")
     need(tree, "engagement", "contact_pressure_max")
@@ -97,7 +97,7 @@ def wear_profiles(
     *,
     body: str | None = None,
 ) -> tuple[Axes, Axes]:
-    """Sections through the wear of a flank at its deepest place, and others beside: along the height and the width.
+    """Sections through the wear of a flank, at its deepest place and a few others, along height and width.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def wear_profiles(
     wear_step : int
         Index of the wear step; the last unless given.
     count : int
-        Curves a panel: the one through the deepest place, thick, and even ones over the flank.
+        Curves per panel: one through the deepest place (thick), the others evenly spaced over the flank.
     ax : two Axes, optional
         Where to draw; a new figure unless given.
     body : str, optional
@@ -123,17 +123,17 @@ def wear_profiles(
     deepest = np.unravel_index(int(wear.argmax()), wear.shape)
     faces = wear.shape[1]
     stations = np.linspace(0.08 * faces, 0.92 * faces - 1, max(count - 1, 0)).round().astype(int)
-    for place, look in _looks(stations, int(deepest[1])):
+    for place, style in _section_styles(stations, int(deepest[1])):
         station = int(place)
         order = np.argsort(height[:, station])
         name = f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−")
-        along_height.plot(height[order, station], wear[order, station], label=name, **look)
+        along_height.plot(height[order, station], wear[order, station], label=name, **style)
     low, high = float(height.min(axis=0).max()), float(height.max(axis=0).min())
     margin = 0.06 * (high - low)
     levels = np.linspace(low + margin, high - margin, max(count - 1, 0))
-    for level, look in _looks(levels, float(height[deepest])):
+    for level, style in _section_styles(levels, float(height[deepest])):
         name = f"height {level:+.1f} mm".replace("-", "−")
-        along_width.plot(*_along_width(along, height, wear, float(level)), label=name, **look)
+        along_width.plot(*_along_width(along, height, wear, float(level)), label=name, **style)
     depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
     along_height.set(
         xlabel=height_label(tree, body), ylabel=depth, title=f"{body.capitalize()}: along the tooth height"
@@ -147,18 +147,18 @@ def wear_profiles(
     return along_height, along_width
 
 
-def _looks(others: np.ndarray, deepest: float) -> list[tuple[float, Options]]:
-    """Places of sections with the look of their curves: the deepest one thick, the others without what repeats it."""
+def _section_styles(others: np.ndarray, deepest: float) -> list[tuple[float, Options]]:
+    """Places of sections with the styles of their curves: the deepest one thick; others close to it are left out."""
     spacing = float(np.ptp(others)) / max(others.size - 1, 1)
-    apart = [other for other in dict.fromkeys(others.tolist()) if abs(other - deepest) > 0.25 * spacing]
-    looks: list[tuple[float, Options]] = [
-        (other, {"color": colour, "lw": 1.2}) for other, colour in zip(apart, _line_colours(len(apart)), strict=True)
+    shown = [other for other in dict.fromkeys(others.tolist()) if abs(other - deepest) > 0.25 * spacing]
+    styles: list[tuple[float, Options]] = [
+        (other, {"color": colour, "lw": 1.2}) for other, colour in zip(shown, _line_colours(len(shown)), strict=True)
     ]
-    return [*looks, (deepest, {"color": "#C1272D", "lw": 2.6, "zorder": 3})]
+    return [*styles, (deepest, {"color": "#C1272D", "lw": 2.6, "zorder": 3})]
 
 
 def chosen_body(tree: xr.DataTree, body: str | None) -> str:
-    """The body to draw: the one named, else the gear unless the pinion alone wears."""
+    """The body to draw: `body`, by default the gear unless only the pinion wears."""
     if body is None:
         return main_body(tree)
     if body not in BODIES:
@@ -169,7 +169,7 @@ def chosen_body(tree: xr.DataTree, body: str | None) -> str:
 def _along_width(
     along: np.ndarray, height: np.ndarray, wear: np.ndarray, level: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Place along the tooth and wear at one height, station by station; NaN where the flank does not reach it."""
+    """Coordinate along the tooth and wear at one height for each station; NaN where the flank does not reach it."""
     at_place, at_level = np.empty(wear.shape[1]), np.empty(wear.shape[1])
     for station in range(wear.shape[1]):
         order = np.argsort(height[:, station])
@@ -179,9 +179,9 @@ def _along_width(
 
 
 def along_tooth(tree: xr.DataTree, body: str = "gear") -> tuple[xr.DataArray, str]:
-    """Coordinate of places along a tooth, over (profile, face), and its name.
+    """Coordinate along a tooth, over (profile, face), and its name.
 
-    The radius where it grows along the tooth, as on a face gear; the face coordinate where the radius grows with the
+    The radius if it varies along the tooth, as on a face gear; the face coordinate if the radius varies with the
     height.
     """
     radius = need(tree, "flank", "flank_radius").sel(body=body)
@@ -191,7 +191,7 @@ def along_tooth(tree: xr.DataTree, body: str = "gear") -> tuple[xr.DataArray, st
 
 
 def _along_at(tree: xr.DataTree, body: str, face: float) -> float:
-    """Place along the tooth of a face coordinate."""
+    """Coordinate along the tooth of a face coordinate."""
     along, _ = along_tooth(tree, body)
     return float(np.interp(face, along["face"].values, along.values.mean(axis=0)))
 
@@ -208,7 +208,7 @@ def height_label(tree: xr.DataTree, body: str) -> str:
 
 
 def on_flank(tree: xr.DataTree, body: str, wear_step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Place along the tooth, height and wear of a body at one wear step, over (profile, face)."""
+    """Coordinate along the tooth, height and wear of a body at one wear step, over (profile, face)."""
     wear = need(tree, "flank", "wear_depth").sel(body=body)
     along, _ = along_tooth(tree, body)
     height = need(tree, "flank", "flank_height").sel(body=body).values
@@ -228,7 +228,7 @@ def flank_axes(
 ) -> QuadMesh:
     """Draw values over (profile, face) as colours along the tooth and over the height of a flank.
 
-    `smooth` colours need a value everywhere.
+    With `smooth` colours the values must be finite everywhere.
     """
     along, height, _ = on_flank(tree, body, 0)
     scale: Options = {"cmap": colours, "vmin": low, "vmax": high, "shading": "gouraud" if smooth else "nearest"}

@@ -1,7 +1,7 @@
-"""Pictures of a scene's teeth before anything runs: in mesh, as sections, and where the contact goes.
+"""Pictures of a scene's teeth without a run: in mesh, as sections, and with the path of contact.
 
-Lengths are mm. In the mesh the pitch point is the origin, the pinion lies above, and the drive flanks touch; where
-the scene loads the coast flank the picture is its mirror image.
+Lengths are in mm. In the mesh the pitch point is the origin, the pinion lies above, and the drive flanks touch; if
+the scene loads the coast flank, the picture is mirrored.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (6.2, 5.2)
-_PITCHES = 1.6  # of the picture of a mesh, to either side of the pitch point
+_PITCHES = 1.6  # in the picture of a mesh, to each side of the pitch point
 _FILL = 0.16  # opacity of a body
 _DARK = "#222222"
 
@@ -37,7 +37,7 @@ _DARK = "#222222"
 def teeth_in_mesh(scene: Scene, ax: Axes | None = None) -> Axes:
     """Both bodies in mesh at the pitch point with the path of contact, in the transverse section of the pinion.
 
-    A cylindrical pair is drawn as it is; of a face gear pair the gear's section at its pitch radius, developed.
+    Of a face gear the developed section at its pitch radius is drawn.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def teeth_in_mesh(scene: Scene, ax: Axes | None = None) -> Axes:
     Raises
     ------
     SemiwearError
-        Flanks as points have no transverse section: draw `tooth_sections` and `path_on_flank`.
+        Flanks given as points have no transverse section: draw `tooth_sections` and `path_on_flank`.
     """
     mesh = flank_pair(scene.gear_pair, Placement())
     if not isinstance(mesh, CylindricalMesh | FaceGearMesh):
@@ -68,7 +68,7 @@ def teeth_in_mesh(scene: Scene, ax: Axes | None = None) -> Axes:
 
 @styled()
 def tooth_sections(scene: Scene, body: str = "gear", ax: Axes | None = None) -> Axes:
-    """Sections of a body's tooth: of a face gear at several radii, of others where the tooth is known.
+    """Sections of a body's tooth: of a face gear at several radii, of other gears where sections are given.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ _OTHERS = (_PINION, _GEAR, path_on_flank)
 
 @styled()
 def geometry_figure(scene: Scene) -> Figure:
-    """A figure of all that can be drawn of a scene's teeth: what `semiwear geometry` saves."""
+    """A figure with all pictures of a scene's teeth, as saved by `semiwear geometry`."""
     from matplotlib.figure import Figure
 
     panels = _PANELS.get(scene.gear_pair.type, _OTHERS)
@@ -181,15 +181,15 @@ def _both_sides(section: ToothSection) -> tuple[FloatArray, FloatArray]:
 
 
 def _above_pitch(mesh: FlankPair, body: int, face: float, section: ToothSection) -> float:
-    """By how much heights of a section differ from those above the pitch surface, as at its tip [mm]."""
+    """Height above the pitch surface minus height in the section, at the tip [mm]."""
     tip = section.flank[0]
-    height = float(np.hypot(*tip)) if isinstance(section.rim, RingRim) else float(tip[1])
-    told, _ = mesh.flank_place(body, np.array([face]), section.flank_profile[:1])
-    return float(told[0]) - height
+    in_section = float(np.hypot(*tip)) if isinstance(section.rim, RingRim) else float(tip[1])
+    above_pitch, _ = mesh.flank_place(body, np.array([face]), section.flank_profile[:1])
+    return float(above_pitch[0]) - in_section
 
 
 def _ring(half: FloatArray, centre_angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Radius and angle along several teeth from half of one, (radius, angle) from the tip to the tooth space."""
+    """Radius and angle along several teeth, from half a tooth as (radius, angle) from tip to tooth space."""
     radius = np.concatenate([half[::-1, 0], half[:, 0]])
     angle = np.concatenate([-half[::-1, 1], half[:, 1]])
     return np.tile(radius, centre_angles.size), (centre_angles[:, None] + angle).ravel()
@@ -198,9 +198,9 @@ def _ring(half: FloatArray, centre_angles: FloatArray) -> tuple[FloatArray, Floa
 def _draw_ring(
     ax: Axes, half: FloatArray, body: str, centre: float, middle: float, teeth: int, rim: float, side: float
 ) -> None:
-    """Teeth of a ring about (0, `centre`), one at the angle `middle` from the direction of the pitch point."""
-    near = np.arange(-4, 5) * (2.0 * pi / teeth)
-    radius, angle = _ring(half, np.asarray(middle + near, float))
+    """Draw teeth of a ring about (0, `centre`), one of them at the angle `middle` from the pitch point."""
+    neighbours = np.arange(-4, 5) * (2.0 * pi / teeth)
+    radius, angle = _ring(half, np.asarray(middle + neighbours, float))
     down = -1.0 if centre > 0.0 else 1.0  # from the centre to the pitch point
 
     def place(r: FloatArray, a: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -214,7 +214,7 @@ def _draw_ring(
 
 
 def _circle(ax: Axes, centre: float, radius: float, dashes: str) -> None:
-    """A thin arc about (0, `centre`) near the pitch point."""
+    """Draw a thin arc about (0, `centre`) near the pitch point."""
     down = -1.0 if centre > 0.0 else 1.0
     a = np.linspace(-0.6, 0.6, 121)
     ax.plot(radius * np.sin(a), centre + down * radius * np.cos(a), color="#888888", lw=0.8, ls=dashes)
@@ -271,7 +271,7 @@ def _draw_face_gear(ax: Axes, mesh: FaceGearMesh, side: float) -> None:
 
 
 def _path(ax: Axes, first: float, last: float, base_pitch: float, angle: float, side: float) -> None:
-    """The path of contact through the pitch point, from A at the gear's tip to E at the pinion's."""
+    """Draw the path of contact through the pitch point, from A at the gear's tip to E at the pinion's."""
     direction = np.array([side * cos(angle), sin(angle)])
     ends = np.outer([first, last], direction)
     ax.plot(*ends.T, color=_DARK, lw=2.2, solid_capstyle="butt")
@@ -298,7 +298,7 @@ def _path(ax: Axes, first: float, last: float, base_pitch: float, angle: float, 
 
 
 def _window(ax: Axes, reach: float, module: float) -> None:
-    """Limits of the picture, and the names of the bodies in their colours."""
+    """Set the limits of the picture, and write the names of the bodies in their colours."""
     ax.set(xlim=(-reach, reach), ylim=(-4.2 * module, 4.2 * module))
     for body, place in (("pinion", 0.93), ("gear", 0.12)):
         ax.annotate(

@@ -1,4 +1,4 @@
-"""Pictures over the life: one value a wear step."""
+"""Pictures over the life: quantities with one value per wear step."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """
     wear = need(tree, "flank", "wear_depth")
     (ax,) = axes_for(ax)
-    meshes = _meshes_below(ax, wear, "Greatest wear depth")
+    meshes = _label_over_meshes(ax, wear, "Greatest wear depth")
     history = group_of(tree, "history")
     for body in shown_bodies(tree):
         colour = BODY_COLOUR[body]
@@ -68,7 +68,7 @@ def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """
     stress = need(tree, "history", "root_stress_max")
     (ax,) = axes_for(ax)
-    meshes = _meshes_below(ax, stress, "Greatest root stress")
+    meshes = _label_over_meshes(ax, stress, "Greatest root stress")
     for (body, colour), marker in zip(BODY_COLOUR.items(), "os", strict=True):
         ax.plot(meshes, stress.sel(body=body).values, marker=marker, color=colour, label=body)
     name_curves(ax)
@@ -85,7 +85,7 @@ def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     names = {"pitch": pitch_name(tree)}
     for zone, colour in ZONE_COLOUR.items():
         pressure = need(tree, "history", f"contact_pressure_{zone}")
-        meshes = _meshes_below(ax, pressure, "Greatest contact pressure")
+        meshes = _label_over_meshes(ax, pressure, "Greatest contact pressure")
         name = names.get(zone, zone)
         if why_missing(pressure):
             name += " (none clear of edges)" if np.isnan(pressure.values).all() else " (not at every step)"
@@ -113,8 +113,8 @@ def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = No
     mean = need(tree, "history", "transmission_error_mean")
     amplitude = need(tree, "history", "transmission_error_amplitude")
     upper, lower = axes_for(ax, 2, SIZE_PAIR)
-    upper.plot(_meshes_below(upper, mean, "Mean"), mean.values, "o-", color="#333333")
-    lower.plot(_meshes_below(lower, amplitude, "Amplitude"), amplitude.values, "o-", color="#333333")
+    upper.plot(_label_over_meshes(upper, mean, "Mean"), mean.values, "o-", color="#333333")
+    lower.plot(_label_over_meshes(lower, amplitude, "Amplitude"), amplitude.values, "o-", color="#333333")
     upper.set_title("Mean, gear side (negative: it lags)")
     lower.set_title("Amplitude, peak to peak")
     return upper, lower
@@ -122,7 +122,7 @@ def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = No
 
 @styled()
 def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
-    """Meshes that a wear depth at the control point takes.
+    """Meshes until the control point reaches a wear depth.
 
     Parameters and return value as in `root_stress_history`.
     """
@@ -141,7 +141,7 @@ def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
 
 @styled()
 def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
-    """Any quantity of `/history` that has one value a wear step, over the meshes.
+    """A quantity of `/history` with one value per wear step, over the meshes.
 
     Parameters
     ----------
@@ -158,13 +158,13 @@ def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
     """
     series = need(tree, "history", name)
     (ax,) = axes_for(ax)
-    meshes = _meshes_below(ax, series, name.replace("_", " "))
+    meshes = _label_over_meshes(ax, series, name.replace("_", " "))
     ax.plot(meshes, series.values, "o-", color="#333333")
     return ax
 
 
-def _meshes_below(ax: Axes, series: xr.DataArray, text: str) -> np.ndarray:
-    """Label axes for a quantity over the meshes; returns these, as the axis counts them."""
+def _label_over_meshes(ax: Axes, series: xr.DataArray, text: str) -> np.ndarray:
+    """Label the axes for a quantity over the meshes; returns the meshes in the unit of the axis."""
     meshes, meshes_label = meshes_axis(series)
     ax.set(xlabel=meshes_label, ylabel=label(series, text))
     return meshes

@@ -1,4 +1,4 @@
-"""Picture of predicted beside measured wear."""
+"""Picture of predicted and measured wear."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _SIZE = (13.2, 3.9)
-_LEAST_SCALE = 1e-3  # um that colours span at least
+_LEAST_SCALE = 1e-3  # least range of the colours [um]
 
 
 def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> tuple[Axes, Axes, Axes]:
     """Predicted wear, measured wear and their difference over the flank, side by side.
 
-    The first two share a scale, from the least to the greatest of both but for the outermost thousandth; white in the
-    third is no difference. Points that do not count are left white.
+    The first two share a colour scale, from the least to the greatest value of both without the outermost
+    thousandths; in the third, white is no difference. Points outside the comparison are white.
 
     Parameters
     ----------
@@ -50,16 +50,16 @@ def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> t
         both = np.concatenate([shown[name].compressed() for name in ("predicted", "wear_depth")])
         low, high = (float(value) for value in np.percentile(both, (0.1, 99.9)))
         low, high = min(low, 0.0), max(high, low + _LEAST_SCALE)
-        apart = max(float(np.abs(shown["difference"]).max()), _LEAST_SCALE)
+        largest = max(float(np.abs(shown["difference"]).max()), _LEAST_SCALE)
         titles = (
             "Predicted",
             "Measured",
             f"Difference: rms {float(comparison['difference_rms']):.2g} µm, "
             f"greatest {float(comparison['difference_max']):+.2g} µm".replace("-", "−"),
         )
-        looks = (("magma_r", low, high), ("magma_r", low, high), ("RdBu_r", -apart, apart))
+        scales = (("magma_r", low, high), ("magma_r", low, high), ("RdBu_r", -largest, largest))
         drawn = []
-        for panel, title, values, (colours, least, most) in zip(axes, titles, shown.values(), looks, strict=True):
+        for panel, title, values, (colours, least, most) in zip(axes, titles, shown.values(), scales, strict=True):
             drawn.append(
                 panel.pcolormesh(
                     along.values, height.values, values, cmap=colours, vmin=least, vmax=most, shading="nearest",
@@ -76,7 +76,7 @@ def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> t
 
 
 def _along(comparison: xr.Dataset) -> tuple[xr.DataArray, str]:
-    """Coordinate of places along the tooth: the radius where it grows along it, else the face coordinate."""
+    """Coordinate along the tooth: the radius if it varies along it, otherwise the face coordinate."""
     radius, face = comparison["flank_radius"], comparison["flank_face"]
     across_face = np.ptp(radius.values.mean(axis=0))
     if across_face > np.ptp(radius.values.mean(axis=1)) and np.ptp(face.values.mean(axis=0)) > 0.0:

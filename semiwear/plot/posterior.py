@@ -1,4 +1,4 @@
-"""Picture of a posterior: each unknown field, and each pair of them."""
+"""Picture of a posterior: histograms of each unknown field and of each pair of fields."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 _PANEL = 2.3  # inch
 _BINS = 24
-_SHARES = (0.95, 0.5)  # of the draws, within lines
-_ENDS = (0.025, 0.5, 0.975)
+_SHARES = (0.95, 0.5)  # of the draws, inside the contour lines
+_QUANTILES = (0.025, 0.5, 0.975)
 _COLOUR, _LINE = "#0B5394", "#A63C00"
 
 
 def corner_size(fields: int) -> tuple[float, float]:
-    """Width and height of a corner picture of so many fields [inch]."""
+    """Width and height of a corner picture for a number of fields [inch]."""
     side = max(_PANEL * fields, 4.0)
     return side, side
 
 
 def posterior_corner(found: xr.Dataset, ax: Sequence[Axes] | None = None) -> list[Axes]:
-    """Draws of a posterior: histograms of all fields, and of all pairs with lines about 50 and 95 % of the draws.
+    """Draws of a posterior: histograms of all fields, and of all pairs with contours of 50 and 95 % of the draws.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def posterior_corner(found: xr.Dataset, ax: Sequence[Axes] | None = None) -> lis
     Returns
     -------
     list of Axes
-        Row by row; those above the diagonal are empty.
+        Row by row; those above the diagonal are hidden.
     """
     fields = [name for name in map(str, found.data_vars) if "field" in found[name].attrs]
     if not fields:
@@ -60,41 +60,42 @@ def posterior_corner(found: xr.Dataset, ax: Sequence[Axes] | None = None) -> lis
                     panel.set_visible(False)
                     continue
                 if i == j:
-                    _alone(panel, shown[i][0])
+                    _histogram(panel, shown[i][0])
                 else:
-                    _pair(panel, shown[j][0], shown[i][0])
+                    _pair_histogram(panel, shown[j][0], shown[i][0])
                 _label(panel, (i, j, count), shown[j][1], shown[i][1])
     return axes
 
 
 def _scaled(array: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Values over a power of ten that suits them, and the label that names it."""
+    """Values over a suitable power of ten, and the label with that power."""
     values = np.asarray(array.values, float)
     size = np.abs(values).max()
     exponent = int(np.floor(np.log10(size))) if size > 0.0 else 0
     exponent = exponent if exponent < -3 or exponent > 4 else 0
     units = unit_text(str(array.attrs.get("units", "1")))
-    told = " ".join(part for part in (power_of_ten(exponent) if exponent else "", units) if part)
+    scale = " ".join(part for part in (power_of_ten(exponent) if exponent else "", units) if part)
     name = textwrap.fill(with_spaces(str(array.name)), 22)
-    return values / 10.0**exponent, f"{name}{f' ({told})' if told else ''}"
+    return values / 10.0**exponent, f"{name}{f' ({scale})' if scale else ''}"
 
 
 def with_spaces(name: str) -> str:
-    """Name of a field as a reader writes it, without the unit at its end."""
+    """Name of a field with spaces, without the unit at its end."""
     end = next((end for end in UNITS if name.endswith(f"_{end}")), "")
     return name.removesuffix(f"_{end}").replace("_", " ")
 
 
-def _alone(panel: Axes, values: np.ndarray) -> None:
+def _histogram(panel: Axes, values: np.ndarray) -> None:
     panel.hist(values, bins=_BINS, color=_COLOUR, alpha=0.8)
-    ends = np.quantile(values, _ENDS)
-    for end, style in zip(ends, (":", "-", ":"), strict=True):
-        panel.axvline(end, color=_LINE, lw=1.2, ls=style)
-    panel.set_title(f"{ends[1]:.4g}\n{ends[0]:.4g} to {ends[2]:.4g}", fontsize=8.5, fontweight="normal")
+    quantiles = np.quantile(values, _QUANTILES)
+    low, median, high = quantiles
+    for quantile, style in zip(quantiles, (":", "-", ":"), strict=True):
+        panel.axvline(quantile, color=_LINE, lw=1.2, ls=style)
+    panel.set_title(f"{median:.4g}\n{low:.4g} to {high:.4g}", fontsize=8.5, fontweight="normal")
     panel.set_yticks([])
 
 
-def _pair(panel: Axes, x: np.ndarray, y: np.ndarray) -> None:
+def _pair_histogram(panel: Axes, x: np.ndarray, y: np.ndarray) -> None:
     counts, across, along = np.histogram2d(x, y, bins=_BINS)
     panel.pcolormesh(across, along, np.ma.masked_equal(counts.T, 0.0), cmap="Blues")
     ordered = np.sort(counts.ravel())[::-1]

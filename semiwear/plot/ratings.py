@@ -38,10 +38,10 @@ _FAILURE = 9.0  # size of the mark of a failure [points]
 
 @styled()
 def safety_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
-    """Safeties of all failure modes over what each requires, over hours or meshes, the mode that governs shaded.
+    """Safety over required safety of all failure modes, over hours or meshes, with the governing mode shaded.
 
-    A cross marks where a mode falls below what it requires. Between wear steps the safeties of modes that add up
-    damage are drawn as a life curve is: logarithm over logarithm of the cycles.
+    A cross marks where a safety falls below the required one. Between wear steps, safeties from accumulated damage
+    are straight lines between logarithms, like life curves.
 
     Parameters
     ----------
@@ -113,12 +113,12 @@ def safety_map(tree: xr.DataTree, ax: Sequence[Axes] | None = None, *, mode: str
 
 
 def mode_words(mode: str) -> str:
-    """Name of a failure mode as a reader writes it."""
+    """Name of a failure mode with spaces."""
     return mode.replace("_", " ")
 
 
-def _one_flank(tree: xr.DataTree, ax: Axes, body: str, safety: xr.DataArray, told: tuple[float, str, float]) -> None:
-    least, mode, required = told
+def _one_flank(tree: xr.DataTree, ax: Axes, body: str, safety: xr.DataArray, rated: tuple[float, str, float]) -> None:
+    least, mode, required = rated
     values = np.ma.masked_invalid(safety.values)
     mesh = flank_axes(ax, tree, values, "magma", least, 2.5 * least, body, smooth=False)
     mark_pitch_band(ax, tree, body=body)
@@ -129,29 +129,29 @@ def _one_flank(tree: xr.DataTree, ax: Axes, body: str, safety: xr.DataArray, tol
 
 
 def _life_axis(tree: xr.DataTree) -> tuple[np.ndarray, str, np.ndarray]:
-    """Place of every wear step on the axis of the life, the axis's label, and the ends, (mode, body), on it."""
+    """Wear steps on the axis of the life, the label of that axis, and the failures, (mode, body), on it."""
     ratings = tree["ratings"].to_dataset()
     if "hours" in ratings:
         return ratings["hours"].values, "Running time (h)", need(tree, "ratings", "hours_to_failure").values
     at, name = meshes_axis(ratings["safety"])
     ends = need(tree, "ratings", "meshes_to_failure").values
     meshes = ratings["meshes"]
-    if meshes.attrs.get("units", "1") != "1":  # of sliding: what each mesh adds is not told here
+    if meshes.attrs.get("units", "1") != "1":  # km of sliding: unknown at the failures
         return at, name, np.full(ends.shape, np.nan)
     return at, name, ends * (at[-1] / meshes.values[-1] if meshes.values[-1] > 0.0 else 1.0)
 
 
 def _adds_up(tree: xr.DataTree, mode: str) -> bool:
-    """Whether a mode's safety is that of damage which adds up, and so falls along a life curve."""
+    """Whether a mode's safety follows from accumulated damage, so that it falls along a life curve."""
     ratings = tree["ratings"].to_dataset()
     return "damage_sum" in ratings and bool(np.isfinite(ratings["damage_sum"].sel(mode=mode)).any())
 
 
 def _course(places: np.ndarray, at: np.ndarray, values: np.ndarray, end: float, *, summed: bool) -> np.ndarray:
-    """Safety over the required one at places of the life, through the wear steps and the end, where it is 1.
+    """Safety over the required one along the life, through the wear steps and the failure, where it is 1.
 
-    Linear between wear steps. Where damage adds up, a straight line between logarithms, as life curves are; before
-    the first cycles that are known it goes on so, up to the static strength that wear step 0 tells.
+    Linear between wear steps. If damage accumulates, linear between logarithms, like a life curve; before the first
+    known cycles this line is extended, up to the static strength at wear step 0.
     """
     known = np.isfinite(values)
     if summed:
@@ -186,6 +186,6 @@ def _shade_governing(ax: Axes, places: np.ndarray, curves: np.ndarray, colours: 
 
 
 def _scale(ax: Axes, values: np.ndarray) -> None:
-    """A logarithmic scale with plain numbers, that holds the limit."""
+    """Set a logarithmic scale with plain numbers that includes the limit 1."""
     plain_log_scale(ax, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
     ax.set_ylim(0.9 * min(1.0, np.nanmin(values)), 1.1 * max(1.2, np.nanmax(values)))

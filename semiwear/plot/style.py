@@ -1,4 +1,4 @@
-"""One look for all pictures, and what they share: axes, labels, colours, access to a result."""
+"""Common style of all pictures: axes, labels, colours, and access to the variables of a result."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colorbar import Colorbar
 
-# Okabe and Ito for the bodies, Paul Tol's muted scheme for the zones: told apart by colour-blind readers.
+# Okabe and Ito for the bodies, Paul Tol's muted scheme for the zones: distinguishable for colour-blind readers.
 BODY_COLOUR = {"pinion": "#0072B2", "gear": "#D55E00"}
 ZONE_COLOUR = {"root": "#882255", "pitch": "#B07D00", "addendum": "#117733"}
 ZONE_MARKER = {"root": "v", "pitch": "o", "addendum": "^"}
@@ -78,7 +78,7 @@ def axes_for(
     columns: int = 1,
     options: Options | None = None,
 ) -> list[Axes]:
-    """Axes to draw on: the caller's, or new ones, panels in so many columns or all `side_by_side`."""
+    """Axes to draw on: those of the caller, or new ones in `columns` columns or all `side_by_side`."""
     if ax is not None:
         given = list(ax) if isinstance(ax, Sequence | np.ndarray) else [ax]
         if len(given) != panels:
@@ -92,7 +92,7 @@ def axes_for(
 
 
 def need(tree: xr.DataTree, group: str, name: str) -> xr.DataArray:
-    """A variable of a result, or an error that says which one the picture lacks."""
+    """A variable of a result; the error names it if it is missing."""
     variables = group_of(tree, group)
     if name not in variables:
         raise SemiwearError(f"the picture needs /{group}/{name}, which this result does not have")
@@ -110,7 +110,7 @@ def label(array: xr.DataArray, text: str = "") -> str:
 def colour_bar(
     ax: Axes | Sequence[Axes], mesh: ScalarMappable, text: str, options: Options | None = None
 ) -> Colorbar:
-    """Scale of the colours of a picture, beside its axes."""
+    """Colour scale of a picture, beside its axes."""
     settings: Options = {"pad": 0.02} | (options or {})
     first = ax[0] if isinstance(ax, Sequence) else ax
     bar = first.figure.colorbar(mesh, ax=ax, **settings)
@@ -120,7 +120,7 @@ def colour_bar(
 
 
 def pressure_scale(ax: Axes, greatest: float, on_edges: float) -> None:
-    """Scale of pressures from zero, or logarithmic where edges press far harder than the rest."""
+    """Set a pressure scale from zero, or a logarithmic one if the pressure at edges is far higher than elsewhere."""
     if on_edges > _LOG_FROM * greatest > 0.0:
         plain_log_scale(ax, (1.0, 2.0, 5.0))
     else:
@@ -128,7 +128,7 @@ def pressure_scale(ax: Axes, greatest: float, on_edges: float) -> None:
 
 
 def plain_log_scale(ax: Axes, ticks: tuple[float, ...]) -> None:
-    """A logarithmic scale upwards with plain numbers, at these multiples of powers of ten."""
+    """Set a logarithmic vertical scale with plain numbers, at these multiples of powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     ax.set_yscale("log")
@@ -138,7 +138,7 @@ def plain_log_scale(ax: Axes, ticks: tuple[float, ...]) -> None:
 
 
 def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Meshes of each wear step over a power of ten, and the label that names the power; or what `life_in` counts."""
+    """Meshes of each wear step over a power of ten, and the label with that power; or the unit of `life_in`."""
     meshes = np.asarray(array["meshes"].values, dtype=float)
     if array["meshes"].attrs.get("units", "1") != "1":
         return meshes, label(array["meshes"])
@@ -148,7 +148,7 @@ def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
 
 
 def step_name(array: xr.DataArray, step: int) -> str:
-    """Name of a wear step for a legend: by its meshes where they are known."""
+    """Name of a wear step for a legend: its meshes, if they are known."""
     if "meshes" not in array.coords:
         return f"wear step {int(array['wear_step'].values[step])}"
     meshes = float(array["meshes"].values[step])
@@ -156,7 +156,7 @@ def step_name(array: xr.DataArray, step: int) -> str:
         return "unworn"
     if (units := array["meshes"].attrs.get("units", "1")) != "1":
         return f"{meshes:.4g} {units}"
-    exponent = int(f"{meshes:.2e}".partition("e")[2])  # as it is shown: 9.999 may be written as 10
+    exponent = int(f"{meshes:.2e}".partition("e")[2])  # of the rounded number: 9.999 may become 10
     return f"{meshes / 10.0**exponent:.2f}·{power_of_ten(exponent)} meshes"
 
 
@@ -167,7 +167,7 @@ def chosen_steps(array: xr.DataArray) -> list[int]:
 
 
 def step_colours(count: int) -> list[tuple[float, ...]]:
-    """A colour a wear step, dark for the first to light for the last."""
+    """One colour per wear step, from dark to light."""
     import matplotlib
 
     return [tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.75, max(count, 2)))]

@@ -1,4 +1,4 @@
-"""Pictures of a sweep: one value a scene, as curves, as a map, or against each field of samples."""
+"""Pictures of a sweep: one value per scene, as curves, as a map, or over a field of samples."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _MOST_CURVES = 7
 _MOST_COLUMNS = 9
 _MOST_WRITTEN = 64  # cells of a map whose numbers are written
 _BODY = "gear"
-_TELLS = (0, 4)  # status: done, and endless, whose life is infinite
+_COMPLETE = (0, 4)  # status: done, or endless (infinite life)
 
 
 def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArray:
-    """One value a scene of a variable of a sweep: at the end of each run, of one body; NaN where the scene failed.
+    """One value per scene of a variable of a sweep: at the end of each run, of one body; NaN if the scene failed.
 
     Raises
     ------
     SemiwearError
-        The sweep has no such variable, or the variable has more than a value a scene.
+        The sweep has no such variable, or the variable has more than one value per scene.
     """
     if "status" not in found or name not in found.data_vars:
         raise SemiwearError(f"the picture needs a sweep with {name}; this one has {', '.join(map(str, found))}")
@@ -40,8 +40,8 @@ def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArra
         last = found["last_wear_step"] if "last_wear_step" in found else array.sizes["wear_step"] - 1
         array = array.isel(wear_step=last).drop_vars("wear_step", errors="ignore")
     if array.dims != found["status"].dims:
-        raise SemiwearError(f"{name} has more than one value a scene: {', '.join(map(str, array.dims))}")
-    array = array.where(found["status"].isin(_TELLS))  # a run that stopped midway has no end
+        raise SemiwearError(f"{name} has more than one value per scene: {', '.join(map(str, array.dims))}")
+    array = array.where(found["status"].isin(_COMPLETE))  # an interrupted run has no last value
     array.attrs = dict(found[name].attrs)
     if "body" in found[name].dims:
         array.attrs["long_name"] = f"{array.attrs.get('long_name', name)} ({body})"
@@ -50,15 +50,15 @@ def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArra
 
 @dataclass(frozen=True)
 class _View:
-    """Values over one field or two, the others held.
+    """Values over one or two fields, at fixed values of the others.
 
     Attributes
     ----------
     values : DataArray
     failed : array
-        Where the scene failed.
+        Whether the scene failed.
     held : str
-        At which values of the others.
+        Values of the other fields as text.
     """
 
     values: xr.DataArray
@@ -66,8 +66,8 @@ class _View:
     held: str
 
 
-def _view(found: xr.Dataset, name: str, body: str, wanted: tuple[str | None, str | None]) -> _View:
-    fields = [field for field in wanted if field is not None]
+def _view(found: xr.Dataset, name: str, body: str, requested: tuple[str | None, str | None]) -> _View:
+    fields = [field for field in requested if field is not None]
     values = scene_values(found, name, body)
     dims = [str(dim) for dim in values.dims]
     if dims == [_SAMPLE]:
@@ -80,18 +80,18 @@ def _view(found: xr.Dataset, name: str, body: str, wanted: tuple[str | None, str
     chosen = chosen or order[:1]
     rest = _held(values, [dim for dim in dims if dim not in chosen])
     held = ", ".join(f"{dim} {_text(values[dim].values[k], values[dim])}" for dim, k in rest.items())
-    failed = (~found["status"].isin(_TELLS)).isel(rest).transpose(*chosen)
+    failed = (~found["status"].isin(_COMPLETE)).isel(rest).transpose(*chosen)
     return _View(values.isel(rest).transpose(*chosen), failed.values, held)
 
 
 def _held(values: xr.DataArray, dims: list[str]) -> dict[str, int]:
-    """Places of the fields that a picture does not show: where most scenes are done, and of those the middle ones."""
+    """Indices of the fields that a picture does not show: those with most scenes done, nearest to the middle."""
     if not dims:
         return {}
     done = values.notnull().sum([dim for dim in values.dims if dim not in dims]).transpose(*dims).values
     places = np.argwhere(done == done.max())
-    away = np.abs(places - np.array(done.shape) // 2).sum(axis=1)
-    return dict(zip(dims, map(int, places[int(np.argmin(away))]), strict=True))
+    distance = np.abs(places - np.array(done.shape) // 2).sum(axis=1)
+    return dict(zip(dims, map(int, places[int(np.argmin(distance))]), strict=True))
 
 
 def _text(value: object, array: xr.DataArray) -> str:
@@ -101,7 +101,7 @@ def _text(value: object, array: xr.DataArray) -> str:
 
 
 def _places(array: xr.DataArray) -> np.ndarray:
-    """Numbers along an axis: values, or their order where they are text."""
+    """Positions along an axis: the values, or their indices if they are text."""
     return np.arange(array.size) if array.dtype.kind == "U" else np.asarray(array.values, float)
 
 
@@ -126,7 +126,7 @@ def sweep_curves(
 ) -> Axes:
     """A quantity at the end of each run over a varied field, a curve for each value of another one.
 
-    Further fields are held where most scenes are done, in the middle if they can be; crosses mark scenes that failed.
+    Further fields are fixed where most scenes are done, near the middle; crosses mark scenes that failed.
 
     Parameters
     ----------
@@ -147,14 +147,14 @@ def sweep_curves(
     """
     view = _view(found, name, body, (over, by))
     (ax,) = axes_for(ax, 1, SIZE)
-    values = view.values if view.values.ndim == 2 else view.values.expand_dims("one", 1)
+    values = view.values if view.values.ndim == 2 else view.values.expand_dims("curve", 1)
     x = values[str(values.dims[0])]
     places, order = _places(x), np.argsort(_places(x))
     columns = np.unique(np.linspace(0, values.shape[1] - 1, min(values.shape[1], _MOST_CURVES)).round().astype(int))
     for colour, k in zip(step_colours(columns.size), columns, strict=False):
         other = view.values[str(view.values.dims[1])] if view.values.ndim == 2 else None
-        told = "" if other is None else _text(other.values[k], other)
-        ax.plot(places[order], values.values[order, k], "o-", color=colour, ms=3.5, label=told)
+        curve_name = "" if other is None else _text(other.values[k], other)
+        ax.plot(places[order], values.values[order, k], "o-", color=colour, ms=3.5, label=curve_name)
     failed = view.failed.reshape(values.shape).any(axis=1)
     if failed.any():
         ax.plot(
@@ -169,7 +169,7 @@ def sweep_curves(
 
 
 def _short(array: xr.DataArray) -> str:
-    """Label of a quantity, its name folded where it is long."""
+    """Label of a quantity, in several lines if it is long."""
     import textwrap
 
     return textwrap.fill(label(array), 42)
@@ -201,13 +201,13 @@ def sweep_map(
     x, y = (view.values[str(dim)] for dim in view.values.dims)
     order = np.argsort(_places(x)), np.argsort(_places(y))
     values = view.values.values[np.ix_(*order)].T
-    borders = [_borders(_places(one)[k]) for one, k in zip((x, y), order, strict=True)]
+    borders = [_borders(_places(axis)[k]) for axis, k in zip((x, y), order, strict=True)]
     ax.set_facecolor("#D8DCE1")
     ax.grid(False)
     shown = ax.pcolormesh(*borders, np.ma.masked_invalid(values), cmap="viridis")
     ax.figure.colorbar(shown, ax=ax, label=_short(view.values))
     if values.size <= _MOST_WRITTEN or np.isnan(values).any():
-        middles = [0.5 * (one[1:] + one[:-1]) for one in borders]
+        middles = [0.5 * (ends[1:] + ends[:-1]) for ends in borders]
         _write_numbers(ax, middles, values)
     _ticks(ax, x[order[0]], "x")
     _ticks(ax, y[order[1]], "y")
@@ -216,7 +216,7 @@ def sweep_map(
 
 
 def _borders(places: np.ndarray) -> np.ndarray:
-    """Borders of cells about sorted places: half way between neighbours."""
+    """Borders of cells around sorted positions: half-way between neighbours."""
     if places.size == 1:
         return np.array([places[0] - 0.5, places[0] + 0.5])
     middle = 0.5 * (places[1:] + places[:-1])
@@ -225,7 +225,7 @@ def _borders(places: np.ndarray) -> np.ndarray:
 
 def _write_numbers(ax: Axes, middles: list[np.ndarray], values: np.ndarray) -> None:
     finite = values[np.isfinite(values)]
-    short = (
+    written = (
         values.size <= _MOST_WRITTEN and values.shape[1] <= _MOST_COLUMNS and np.abs(finite).max(initial=0.0) < 1e4
     )
     dark = finite.min() + 0.55 * np.ptp(finite) if finite.size else 0.0
@@ -233,7 +233,7 @@ def _write_numbers(ax: Axes, middles: list[np.ndarray], values: np.ndarray) -> N
         for i, value in enumerate(row):
             colour = "#A63C00" if np.isnan(value) else "white" if value < dark else "black"
             number = f"{float(f'{value:.3g}'):g}"  # 1410, not 1.41e+03
-            text = "failed" if np.isnan(value) else number if short else ""
+            text = "failed" if np.isnan(value) else number if written else ""
             ax.text(middles[0][i], middles[1][j], text, ha="center", va="center", fontsize=7, color=colour)
 
 

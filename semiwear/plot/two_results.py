@@ -1,4 +1,4 @@
-"""Two results of one flank grid: what they are called, and which of their wear steps belong together."""
+"""Two results on the same flank grid, with their names and their common wear steps."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import xarray as xr
 from semiwear.errors import SemiwearError
 from semiwear.results.missing import away_from_edges, group_of
 
-_SAME_LIFE = 0.005  # of the meshes or of the wear at the control point, within which two wear steps are one state
+_SAME_LIFE = 0.005  # relative difference of meshes or of wear at the control point within which wear steps are common
 _SAME_PLACE = 1e-3  # mm
 _GRID = {"face": "numerics.face_slices", "profile": "numerics.profile_points"}
 
 
 @dataclass(frozen=True)
 class TwoResults:
-    """Two results, checked to be of the same flank grid.
+    """Two results, checked to have the same flank grid.
 
     Attributes
     ----------
@@ -26,8 +26,8 @@ class TwoResults:
     names : tuple of str
         Their fidelities, or "this" and "other" where these are the same.
     steps : tuple of (int, int)
-        Indices of the wear steps that both have: the same meshes or the same wear at the control point, to 0.5 %.
-        The first pair is the first wear step of both.
+        Indices of the common wear steps: those with equal meshes or equal wear at the control point, to 0.5 %. The
+        first pair is the first wear step of both.
     """
 
     this: xr.DataTree
@@ -37,12 +37,12 @@ class TwoResults:
 
     @classmethod
     def of(cls, this: xr.DataTree, other: xr.DataTree) -> TwoResults:
-        """Two results side by side.
+        """Two results, with names and common wear steps.
 
         Raises
         ------
         SemiwearError
-            If their flank grids or flanks differ; the message says in what and what to do.
+            If their flank grids or flanks differ; the message names the difference and the remedy.
         """
         _check_same_grid(this, other)
         names = (fidelity(this), fidelity(other))
@@ -57,15 +57,15 @@ class TwoResults:
         """Whether both results hold a variable."""
         return all(has(tree, group, name) for tree in self.trees)
 
-    def lack(self, group: str, name: str) -> str:
-        """Which of the results does not hold a variable, in words."""
-        lacking = [text for text, tree in zip(self.names, self.trees, strict=True) if not has(tree, group, name)]
-        return f"no /{group}/{name} in {' and '.join(lacking)}"
+    def missing_text(self, group: str, name: str) -> str:
+        """Text that names a variable and the results that do not hold it."""
+        without = [text for text, tree in zip(self.names, self.trees, strict=True) if not has(tree, group, name)]
+        return f"no /{group}/{name} in {' and '.join(without)}"
 
     def values(self, group: str, name: str, step: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-        """A variable of both results at a pair of wear steps; variables without wear steps as they are.
+        """A variable of both results at a pair of wear steps; the whole variable if it has no wear steps.
 
-        `contact_pressure_max` away from edges, where others can be compared: NaN where edges alone bear.
+        `contact_pressure_max` is taken away from edges: NaN where only edges carry load.
         """
         found = []
         for tree, index in zip(self.trees, step, strict=True):
@@ -81,7 +81,7 @@ class TwoResults:
 
     @property
     def worn(self) -> bool:
-        """Whether both hold a worn flank that belongs together."""
+        """Whether both hold worn flanks at a common wear step."""
         return len(self.steps) > 1 and self.have("flank", "wear_depth")
 
 
@@ -108,10 +108,10 @@ def _check_same_grid(this: xr.DataTree, other: xr.DataTree) -> None:
         if not (has(this, group, name) and has(other, group, name)):
             continue
         places = [np.asarray(tree[group].to_dataset()[name].values, dtype=float) for tree in (this, other)]
-        apart = float(np.max(np.abs(places[0] - places[1]), initial=0.0))
-        if apart > _SAME_PLACE:
+        difference = float(np.max(np.abs(places[0] - places[1]), initial=0.0))
+        if difference > _SAME_PLACE:
             raise SemiwearError(
-                f"the two results are of different flanks: /{group}/{name} differs by up to {apart:.3g} mm; "
+                f"the two results are of different flanks: /{group}/{name} differs by up to {difference:.3g} mm; "
                 "compare results of the same gear pair and numerics"
             )
 
@@ -122,21 +122,22 @@ def _sizes(tree: xr.DataTree) -> dict[str, int]:
 
 
 def _common_steps(this: xr.DataTree, other: xr.DataTree) -> tuple[tuple[int, int], ...]:
-    apart = np.full((_count(this), _count(other)), np.inf)
+    difference = np.full((_count(this), _count(other)), np.inf)
     for name in ("meshes", "wear_depth_control_point"):
         if has(this, "history", name) and has(other, "history", name):
             first, second = (np.asarray(tree["history"].to_dataset()[name].values) for tree in (this, other))
             size = np.maximum(np.abs(first[:, None]), np.abs(second))
-            apart = np.minimum(apart, np.abs(first[:, None] - second) / np.where(size > 0.0, size, np.inf))
-    apart[0], apart[:, 0] = np.inf, np.inf  # zero of either quantity means unworn, which is no other step
+            relative = np.abs(first[:, None] - second) / np.where(size > 0.0, size, np.inf)
+            difference = np.minimum(difference, relative)
+    difference[0], difference[:, 0] = np.inf, np.inf  # the unworn state matches no worn one
     steps = [(0, 0)]
-    for index, row in enumerate(apart):
-        nearest = int(np.argmin(row))
-        if row[nearest] <= _SAME_LIFE and nearest > steps[-1][1]:
-            steps.append((index, nearest))
+    for index, row in enumerate(difference):
+        closest = int(np.argmin(row))
+        if row[closest] <= _SAME_LIFE and closest > steps[-1][1]:
+            steps.append((index, closest))
     return tuple(steps)
 
 
 def _count(tree: xr.DataTree) -> int:
-    """Wear steps of a result."""
+    """Number of wear steps of a result."""
     return group_of(tree, "history").sizes.get("wear_step", 1)

@@ -1,4 +1,4 @@
-"""The worn flank as a surface: material that is gone from the tooth."""
+"""The worn flank as a surface in three dimensions."""
 
 from __future__ import annotations
 
@@ -15,17 +15,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from mpl_toolkits.mplot3d import Axes3D
 
-_COLUMNS = 97  # of cells along the tooth, at least: fewer show as steps of colour
-_BELOW = 0.35  # of the greatest wear: how far the drawn piece of the tooth reaches below its deepest place
+_COLUMNS = 97  # least number along the tooth: with fewer the colours have visible steps
+_BELOW = 0.35  # of the greatest wear: depth of the drawn piece of the tooth below its deepest place
 
 
 @styled()
 def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
-    """The worn flank as a surface below the unworn one by the wear depth, which is its colour too.
+    """The worn flank as a surface below the unworn one, coloured by the wear depth.
 
-    The unworn flank is drawn as a plane, whose outline stays. Depths are micrometres where lengths are millimetres:
-    what is gone is drawn some hundred to thousand times as deep as it is, and the title says how many. Parameters and
-    return value as in `wear_map`; the axes have three dimensions.
+    The unworn flank is drawn as a plane with its outline. The depth is drawn some hundred to thousand times as great;
+    the title gives the factor. Parameters and return value as in `wear_map`; the axes have three dimensions.
     """
     body = chosen_body(tree, body)
     along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))
@@ -37,13 +36,13 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
     box = (1.5, 1.0, 0.55)
     surface.set(xlabel=label_along(tree, body), ylabel=label(need(tree, "flank", "flank_height"), "Height"))
     surface.set_zlim(bottom, 0.0)
-    surface.set_zticks([])  # the colours tell the depth
+    surface.set_zticks([])  # the colours show the depth
     surface.view_init(elev=34, azim=-62)
     surface.set_box_aspect(box, zoom=0.98)
     # millimetres per length of the box across the flank, over micrometres per length of it into the tooth
-    taller = (float(np.ptp(height)) / box[1]) / (1e-3 * (1.0 + _BELOW) * scale / box[2])
+    enlargement = (float(np.ptp(height)) / box[1]) / (1e-3 * (1.0 + _BELOW) * scale / box[2])
     name = step_name(need(tree, "flank", "wear_depth"), wear_step)
-    drawn.set_title(f"{body.capitalize()}, {name}: depth drawn {float(f'{taller:.2g}'):g} times as great")
+    drawn.set_title(f"{body.capitalize()}, {name}: depth drawn {float(f'{enlargement:.2g}'):g} times as great")
     if wear.any():
         import matplotlib
 
@@ -54,7 +53,7 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
 
 
 def _finer(values: np.ndarray) -> np.ndarray:
-    """Values over (profile, face) at more places along the face, linear between those that there are."""
+    """Values over (profile, face), interpolated linearly at more places along the face."""
     stations = values.shape[1]
     parts = max(1, -(-_COLUMNS // max(stations - 1, 1)))
     places = np.linspace(0.0, stations - 1, parts * (stations - 1) + 1)
@@ -69,10 +68,10 @@ def _body_of_tooth(
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     colours = matplotlib.colormaps[WEAR_COLOURS](matplotlib.colors.Normalize(0.0, scale)(wear))
-    # every node is drawn: with some left out, narrow crests come and go like the teeth of a comb
-    every: Options = {"rstride": 1, "cstride": 1, "linewidth": 0, "antialiased": False, "shade": False}
-    surface.plot_surface(along, height, -wear, facecolors=colours, zorder=1, **every)
-    # cut faces that the viewer sees: at the root's side and at one end
+    # every node is drawn: otherwise narrow crests would appear and disappear along the face
+    full: Options = {"rstride": 1, "cstride": 1, "linewidth": 0, "antialiased": False, "shade": False}
+    surface.plot_surface(along, height, -wear, facecolors=colours, zorder=1, **full)
+    # visible cut faces: at the root and at one end
     for edge in (np.s_[0, :], np.s_[:, -1]):
         x, y, z = along[edge], height[edge], -wear[edge]
         upper = list(zip(x, y, z, strict=True))

@@ -1,7 +1,7 @@
-"""Statements of a published study beside those of a result: verdicts are computed, never written down.
+"""Comparison of a result with the statements of a published study; all verdicts are computed.
 
-What a study states, and when a result agrees, are data (`semiwear.references.load_statements`); the values that a
-statement names are those of `semiwear.report.measures`.
+Statements and their rules of agreement are data (`semiwear.references.load_statements`); the quantities that they
+name are those of `semiwear.report.measures`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _IS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
 class Verdict(Enum):
-    """How a result stands to a published statement."""
+    """Whether a result agrees with a published statement."""
 
     AGREE = "AGREE"
     DISAGREE = "DISAGREE"
@@ -40,11 +40,11 @@ class Compared:
     Attributes
     ----------
     picture : str
-        Picture that it stands beside, a name in `semiwear.plot`.
+        Picture to which it belongs, a name in `semiwear.plot`.
     statement : str
         What was published.
     rule : str
-        When a result agrees.
+        Condition under which a result agrees.
     verdict : Verdict
     ours : str
         The result's values.
@@ -77,12 +77,12 @@ class Comparison:
 
 
 def compare(reference: str, tree: xr.DataTree, scene: Table) -> Comparison:
-    """Compare a result with everything that a published study states.
+    """Compare a result with all statements of a published study.
 
     Parameters
     ----------
     reference : str
-        Name of the study, as `load_reference` takes it.
+        Name of the study, see `load_reference`.
     tree : DataTree
         A result.
     scene : mapping
@@ -96,14 +96,14 @@ def compare(reference: str, tree: xr.DataTree, scene: Table) -> Comparison:
 
 
 def _compared(statement: Table, evidence: Evidence, stated: Table) -> Compared:
-    words = _Words(evidence, {**stated, **statement})
-    published, rule = words.format(statement["published"]), words.format(_rule(statement))
+    templates = _Templates(evidence, {**stated, **statement})
+    published, rule = templates.format(statement["published"]), templates.format(_rule(statement))
     why = ""
     try:
-        agrees, ours = _judged(statement, evidence, words)
+        agrees, ours = _judged(statement, evidence, templates)
         verdict = Verdict.AGREE if agrees else Verdict.DISAGREE
         if not agrees:
-            why = " ".join(words.sentences(statement["why"]))
+            why = " ".join(templates.sentences(statement["why"]))
     except NotComparable as reason:
         verdict, ours = Verdict.NOT_COMPARED, f"Not compared: {reason}."
     return Compared(statement["picture"], published, rule, verdict, ours, why)
@@ -120,21 +120,21 @@ def _rule(statement: Table) -> str:
             f"Agrees if it rises up to {course['turn_um']:g} µm at the control point and from there changes by less "
             f"than {LEVEL_SHARE:.0%} of its range."
         )
-    what = "its absolute value" if course.get("size") else "it"
-    return f"Agrees if {what} {' and '.join(course['does'])}."
+    series = "its absolute value" if course.get("size") else "it"
+    return f"Agrees if {series} {' and '.join(course['does'])}."
 
 
-def _judged(statement: Table, evidence: Evidence, words: _Words) -> tuple[bool, str]:
-    """Whether a result agrees with a statement, and its values in words."""
+def _judged(statement: Table, evidence: Evidence, templates: _Templates) -> tuple[bool, str]:
+    """Whether a result agrees with a statement, and its values as text."""
     if "number" in statement:
         number = statement["number"]
-        published, value = (words.number(number[name]) for name in ("published", "of"))
+        published, value = (templates.number(number[name]) for name in ("published", "of"))
         deviation = value / published - 1.0
         return abs(deviation) <= number["within"], f"{figure_text(value)} {number['units']} ({deviation:+.1%})"
     if "course" in statement:
         trends = _trends(statement["course"], evidence)
         return all(trend.holds for trend in trends), "; ".join(trend.text for trend in trends)
-    return all(map(words.holds, statement["holds"])), words.format(statement["ours"])
+    return all(map(templates.holds, statement["holds"])), templates.format(statement["ours"])
 
 
 def _trends(course: Table, evidence: Evidence) -> list[Trend]:
@@ -158,10 +158,10 @@ def _level_after(evidence: Evidence, history: np.ndarray, turn: float) -> Trend:
     return Trend(abs(change) < LEVEL_SHARE, text)
 
 
-class _Words(Formatter):
-    """Fills templates with a study's and a statement's fields and with what is measured.
+class _Templates(Formatter):
+    """Fills templates with the fields of a study and of a statement, and with the values of `MEASURES`.
 
-    The format ``:fig3`` shows three significant digits, and a minus is no hyphen.
+    The format ``:fig3`` gives three significant digits; negative numbers have a minus sign, not a hyphen.
     """
 
     def __init__(self, evidence: Evidence, fields: Table):
@@ -177,20 +177,20 @@ class _Words(Formatter):
         text = str(super().format_field(value, format_spec))
         return text if isinstance(value, str) else text.replace("-", "−")
 
-    def number(self, word: str) -> float:
-        """A number, or the value of a name."""
+    def number(self, text: str) -> float:
+        """The number in a text, or the value of the name in it."""
         try:
-            return float(word)
+            return float(text)
         except ValueError:
-            return float(self.get_field(word, (), {})[0])
+            return float(self.get_field(text, (), {})[0])
 
     def holds(self, comparison: str) -> bool:
-        """Whether a comparison holds: two values with a sign between them, each a number or a name."""
+        """Whether a comparison of two numbers or names, such as ``a < b``, holds."""
         left, sign, right = comparison.split()
         return bool(_IS[sign](self.number(left), self.number(right)))
 
     def sentences(self, templates: list[str]) -> Iterator[str]:
-        """Sentences of an explanation, without those on what the result does not hold."""
+        """Sentences of an explanation, without those whose values the result does not hold."""
         for template in templates:
             try:
                 yield self.format(template)

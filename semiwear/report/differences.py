@@ -1,4 +1,4 @@
-"""Differences of two results as numbers, each with a mark by a stated threshold."""
+"""Differences of two results as numbers, each marked by a stated threshold."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import unit_text
-from semiwear.plot.flank_places import Place, flank_places
+from semiwear.plot.flank_regions import Region, flank_regions
 from semiwear.plot.two_results import TwoResults
 from semiwear.report.markup import with_unit
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import worn_bodies
 
 RELATIVE = 0.03
-"""Two values agree up to this share: of the greater of the two, for wear on the map of the greatest wear."""
+"""Greatest relative difference of values that agree: over the greater one; for wear on the map over the greatest."""
 
 LOAD_SHARE = 0.02
-"""Two load shares agree up to this difference."""
+"""Greatest difference of load shares that agree."""
 
-_LEAST_LOAD = 0.05  # of the greatest line load: smaller line loads are compared with this
+_LEAST_LOAD = 0.05  # of the greatest line load: least reference of relative differences of line loads
 
 
 class Kind(Enum):
@@ -37,7 +37,7 @@ class Kind(Enum):
 
 
 class Mark(Enum):
-    """How two values stand to each other."""
+    """Whether two values agree."""
 
     AGREE = "agree"
     DIFFER = "differ"
@@ -52,24 +52,24 @@ class Difference:
     ----------
     kind : Kind
     quantity, where, when : str
-        What, at which place of the flank or engagement, in which wear state.
+        Name of the quantity, place on the flank or in the engagement, and wear state.
     this, other : float
         Values, in `units`.
     units : str
     scale : float
-        What the difference is told relative to; 0 where it is told as it is, or where both values are zero.
+        Reference of a relative difference; 0 for an absolute difference, or if both values are zero.
     threshold : float
         Greatest difference, over `scale` if there is one, at which the two agree.
-    of : str
-        Words for a scale that is not the other value.
-    place : Place, optional
-        Place of a wear difference.
+    scale_text : str
+        Name of the scale if it is not the greater value.
+    region : Region, optional
+        Of a wear difference.
     body : str
-        Whose wear it is; empty for what is not of one body.
+        Body whose wear it is; empty for other quantities.
     border : bool
         Whether it lies at a border of the flank.
     missing : str
-        Why it cannot be compared; empty where it can.
+        Why the values cannot be compared; empty if they can.
     """
 
     kind: Kind
@@ -81,8 +81,8 @@ class Difference:
     units: str = "1"
     scale: float = 0.0
     threshold: float = RELATIVE
-    of: str = ""
-    place: Place | None = None
+    scale_text: str = ""
+    region: Region | None = None
     body: str = ""
     border: bool = False
     missing: str = ""
@@ -94,18 +94,18 @@ class Difference:
 
     @property
     def mark(self) -> Mark:
-        """Verdict that follows from the numbers and the threshold."""
+        """Mark that follows from the numbers and the threshold."""
         if self.missing:
             return Mark.NOT_COMPARED
         return Mark.AGREE if abs(self.size) <= self.threshold else Mark.DIFFER
 
     @property
     def text(self) -> str:
-        """The difference in words: percent, or with its units."""
+        """The difference as text: in percent, or with its units."""
         if self.missing:
             return self.missing
         if self.scale > 0.0:
-            return f"{_signed(100 * self.size, 1)} % {self.of}".strip()
+            return f"{_signed(100 * self.size, 1)} % {self.scale_text}".strip()
         return f"{_signed(self.size, 3)} {unit_text(self.units)}".strip()
 
     def value_text(self, value: float) -> str:
@@ -114,7 +114,7 @@ class Difference:
 
 
 def _signed(value: float, decimals: int) -> str:
-    """A number with its sign, none where it rounds to zero."""
+    """A number with its sign; without one if it rounds to zero."""
     rounded = round(value, decimals) + 0.0
     return f"{rounded:+.{decimals}f}".replace("-", "−") if rounded else f"{0.0:.{decimals}f}"
 
@@ -131,7 +131,7 @@ def differences(results: TwoResults) -> tuple[Difference, ...]:
 
 
 def _states(results: TwoResults) -> dict[str, tuple[int, int]]:
-    """First and last common wear step by what they are called."""
+    """Indices of the first and last common wear step, by name."""
     if not results.have("history", "meshes"):
         return {"as given": results.steps[0]}
     return {"unworn": results.steps[0]} | ({"last": results.steps[-1]} if len(results.steps) > 1 else {})
@@ -143,22 +143,22 @@ def _in_each_state(
     quantity: str,
     where: str,
     variable: tuple[str, str],
-    of: Callable[[np.ndarray], float] = np.nanmax,
+    reduced: Callable[[np.ndarray], float] = np.nanmax,
     border: bool = False,
 ) -> Iterator[Difference]:
-    """A number of a variable (group, name), the greatest unless said, in each common state."""
+    """Difference of a number of a variable (group, name), by default its greatest value, in each common state."""
     group, name = variable
     for when, step in _states(results).items():
         if not results.have(group, name):
-            yield Difference(kind, quantity, where, when, border=border, missing=results.lack(group, name))
+            yield Difference(kind, quantity, where, when, border=border, missing=results.missing_text(group, name))
             continue
         arrays = results.values(group, name, step)
-        lacking = [one for one, array in zip(results.names, arrays, strict=True) if np.isnan(array).all()]
-        if lacking:
-            missing = f"no contact there away from edges in {' and '.join(lacking)}"
+        without = [label for label, array in zip(results.names, arrays, strict=True) if np.isnan(array).all()]
+        if without:
+            missing = f"no contact there away from edges in {' and '.join(without)}"
             yield Difference(kind, quantity, where, when, border=border, missing=missing)
             continue
-        yield _relative(kind, quantity, where, when, map(of, arrays), VARIABLES[variable].units, border=border)
+        yield _relative(kind, quantity, where, when, map(reduced, arrays), VARIABLES[variable].units, border=border)
 
 
 def _relative(
@@ -172,7 +172,7 @@ def _relative(
 def _pressures(results: TwoResults) -> Iterator[Difference]:
     kind, quantity = Kind.PRESSURE, "greatest pressure"
     inside, edge = ("engagement", "contact_pressure_max"), ("engagement", "contact_pressure_max_edge")
-    yield from _in_each_state(results, kind, quantity, Place.INSIDE.value, inside)
+    yield from _in_each_state(results, kind, quantity, Region.INSIDE.value, inside)
     if results.have("history", "meshes"):
         for zone in ("root", "pitch", "addendum"):
             yield from _in_each_state(results, kind, quantity, zone, ("history", f"contact_pressure_{zone}"))
@@ -192,18 +192,18 @@ def _wear(results: TwoResults) -> Iterator[Difference]:
             units = VARIABLES["history", name].units if ("history", name) in VARIABLES else "1"
             yield _relative(Kind.WEAR, quantity, where, when, (this, other), units)
         elif name == "meshes":
-            yield Difference(Kind.WEAR, quantity, where, when, missing=results.lack("history", name))
+            yield Difference(Kind.WEAR, quantity, where, when, missing=results.missing_text("history", name))
     worn = {body for tree in results.trees for body in worn_bodies(tree)} or {"gear"}
     for body in BODIES:
         if body in worn:
             yield from _greatest_wear(results, body, last, when)
     for body in BODIES:
         if body in worn:
-            yield from _wear_by_place(results, body, last, when)
+            yield from _wear_by_region(results, body, last, when)
 
 
 def _greatest_wear(results: TwoResults, body: str, last: tuple[int, int], when: str) -> Iterator[Difference]:
-    """Greatest wear of a body: on its whole flank where both results tell it, at its root and at its addendum."""
+    """Greatest wear of a body: on its whole flank if both results hold it, at its root and at its addendum."""
     quantity = f"greatest wear depth, {body}"
     if results.have("history", "wear_depth_max"):
         values = (array[BODIES.index(body)] for array in results.values("history", "wear_depth_max", last))
@@ -214,34 +214,34 @@ def _greatest_wear(results: TwoResults, body: str, last: tuple[int, int], when: 
             values = (float(value) for value in results.values("history", name, last))
             yield replace(_relative(Kind.WEAR, quantity, zone, when, values, "um"), body=body)
         else:
-            missing = results.lack("history", name)
+            missing = results.missing_text("history", name)
             yield Difference(Kind.WEAR, quantity, zone, when, body=body, missing=missing)
 
 
-def _wear_by_place(results: TwoResults, body: str, last: tuple[int, int], when: str) -> Iterator[Difference]:
-    """Greatest difference of the two wear maps of a body at each place, and the values there."""
+def _wear_by_region(results: TwoResults, body: str, last: tuple[int, int], when: str) -> Iterator[Difference]:
+    """Greatest difference of the two wear maps of a body in each region, and the values there."""
     quantity = f"wear depth where it differs most, {body}"
-    places = flank_places(results, body)
-    if places is None:
-        for place in Place:
-            missing = "neither result holds the line loads that the borders' width comes from"
-            yield Difference(Kind.WEAR, quantity, place.value, when, place=place, body=body, missing=missing)
+    regions = flank_regions(results, body)
+    if regions is None:
+        for region in Region:
+            missing = "neither result holds the line loads from which the width of the borders follows"
+            yield Difference(Kind.WEAR, quantity, region.value, when, region=region, body=body, missing=missing)
         return
     k = BODIES.index(body)
     maps = [array[k] for array in results.values("flank", "wear_depth", last)]
     height, radius = (results.values("flank", f"flank_{name}", last)[0][k] for name in ("height", "radius"))
     scale = max(float(wear.max()) for wear in maps)
-    for place, points in places.of.items():
-        border = place is not Place.INSIDE
+    for region, points in regions.points.items():
+        border = region is not Region.INSIDE
         if not points.any():
             missing = "no point of the grid lies there"
             yield Difference(
-                Kind.WEAR, quantity, place.value, when, place=place, body=body, border=border, missing=missing
+                Kind.WEAR, quantity, region.value, when, region=region, body=body, border=border, missing=missing
             )
             continue
-        apart = np.where(points, np.abs(maps[0] - maps[1]), -1.0)
-        at = np.unravel_index(int(apart.argmax()), apart.shape)
-        where = f"{place.value}: radius {radius[at]:.1f}, height {height[at]:+.2f} mm".replace("-", "−")
+        difference = np.where(points, np.abs(maps[0] - maps[1]), -1.0)
+        at = np.unravel_index(int(difference.argmax()), difference.shape)
+        where = f"{region.value}: radius {radius[at]:.1f}, height {height[at]:+.2f} mm".replace("-", "−")
         this, other = (float(wear[at]) for wear in maps)
         yield Difference(
             Kind.WEAR,
@@ -254,7 +254,7 @@ def _wear_by_place(results: TwoResults, body: str, last: tuple[int, int], when: 
             scale,
             RELATIVE,
             "of the greatest",
-            place,
+            region,
             body,
             border,
         )
@@ -264,7 +264,7 @@ def _loads(results: TwoResults) -> Iterator[Difference]:
     kind = Kind.LOAD
     for when, step in _states(results).items():
         if not results.have("engagement", "load_share"):
-            missing = results.lack("engagement", "load_share")
+            missing = results.missing_text("engagement", "load_share")
             yield Difference(kind, "load share where it differs most", "engagement", when, missing=missing)
             continue
         roll, this, other = shares(results, step)
@@ -286,7 +286,7 @@ def _loads(results: TwoResults) -> Iterator[Difference]:
 
 
 def shares(results: TwoResults, step: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Load shares of both results at the roll positions of either, where both have some."""
+    """Roll positions of either result in their common range, and the load shares of both there."""
     rolls = results.labels("engagement", "roll_position")
     low, high = max(roll[0] for roll in rolls), min(roll[-1] for roll in rolls)
     roll = np.union1d(*rolls)
@@ -299,8 +299,8 @@ def shares(results: TwoResults, step: tuple[int, int]) -> tuple[np.ndarray, np.n
 def _root_stresses(results: TwoResults) -> Iterator[Difference]:
     quantity, variable = "greatest root stress", ("engagement", "root_stress")
     for body, name in enumerate(BODIES):
-        of = partial(_greatest_of, body)
-        yield from _in_each_state(results, Kind.ROOT_STRESS, quantity, name, variable, of)
+        greatest = partial(_greatest_of, body)
+        yield from _in_each_state(results, Kind.ROOT_STRESS, quantity, name, variable, greatest)
 
 
 def _greatest_of(body: int, stress: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Section of a report for what effects add to a result; absent where none ran."""
+"""Section of a report on the life and on the results of effects; absent without them."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ _TITLES = {
     "contact_temperature_max": "Contact temperature",
     "lambda_ratio_min": "Film over roughness",
 }
-"""Histories that a result has only where an effect asks for them."""
+"""Histories that a result holds only if an effect is in its scene."""
 
 _SIZE = (4.4, 2.8)
 
 
 def effects_section(tree: xr.DataTree) -> str:
-    """Tiles of the life and of what effects tell, and their course over the wear steps; empty without any."""
-    told = list(_told(tree))
-    numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in told)])
-    charts = "".join(_chart(tree, title, series) for title, series in told if series.size > 1)
+    """Tiles of the life and of the effects' histories, with charts over the wear steps; empty without them."""
+    histories = list(_histories(tree))
+    numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in histories)])
+    charts = "".join(_chart(tree, title, series) for title, series in histories if series.size > 1)
     cards = element("div", charts, class_="cards small") if charts else ""
     return numbers + cards
 
 
-def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
+def _histories(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
     history = group_of(tree, "history")
     yield from ((title, history[name]) for name, title in _TITLES.items() if name in history)
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    told = group_of(tree, "life").data_vars.items()
-    life = {str(name): float(value) for name, value in told if value.dtype.kind == "f"}
+    variables = group_of(tree, "life").data_vars.items()
+    life = {str(name): float(value) for name, value in variables if value.dtype.kind == "f"}
     if not life:
         return
     yield from life_numbers(tree)
-    for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
+    for name, quantity in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
         change = figure_text(life[f"sensitivity_to_{name}"], 3)
-        yield f"Life against {what}", f"{change} %", f"for 1 % more {what}"
+        yield f"Life against {quantity}", f"{change} %", f"for 1 % more {quantity}"
 
 
 def _tile(title: str, series: xr.DataArray) -> tuple[str, str, str]:

@@ -1,4 +1,4 @@
-"""A result beside the published study that it is compared with."""
+"""A result and the published study that it is compared with."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from semiwear.untyped import Table
 
 
 class NotComparable(Exception):
-    """The result does not hold what a comparison needs; the message says what."""
+    """The result does not hold what a comparison needs; the message names it."""
 
 
 class Evidence:
@@ -34,7 +34,7 @@ class Evidence:
         self.scene = scene
 
     def get(self, group: str, name: str) -> xr.DataArray:
-        """A variable, for numpy to compute with."""
+        """A variable of the result, if the gear pair is that of the paper and there are at least three wear steps."""
         if self.misfit:
             raise NotComparable(f"the pair is not the paper's ({self.misfit})")
         if name not in (variables := group_of(self.tree, group)):
@@ -45,7 +45,7 @@ class Evidence:
         return array
 
     def history(self, name: str, body: str | None = None) -> np.ndarray:
-        """One value a wear step."""
+        """History of a quantity: one value per wear step."""
         array = self.get("history", name)
         if why_missing(array):
             raise NotComparable(f"/history/{name} is missing at some wear steps: {why_missing(array)}")
@@ -53,7 +53,7 @@ class Evidence:
 
     @cached_property
     def misfit(self) -> str:
-        """In what the scene's pair differs from the paper's; empty where in nothing that the paper states."""
+        """Fields in which the scene's gear pair differs from the paper's; empty if those of the paper agree."""
         own, paper = self.scene.get("gear_pair", {}), self.paper.get("gear_pair", {})
         return ", ".join(
             f"{name} = {own[name]}, not {paper[name]}" for name in paper if own.get(name, paper[name]) != paper[name]
@@ -66,16 +66,16 @@ class Evidence:
 
     @property
     def last_depth(self) -> float:
-        """The published figures are for this wear depth at the control point [um]."""
+        """Wear depth at the control point to which the published figures belong [um]."""
         return float(self.paper["wear"]["control_depth_um"][-1])
 
     def control_depth(self) -> np.ndarray:
-        """Wear depth at the control point at each wear step [um], refused where the wear does not reach."""
-        self._of_a_worn_gear()
+        """Wear depth at the control point at each wear step [um], if it reaches the published depth."""
+        self._require_worn_gear()
         depth = self.history("wear_depth_control_point")
         if depth[-1] < 0.995 * self.last_depth:
-            asked = f"the paper's figures are for {self.last_depth:g} µm"
-            raise NotComparable(f"the control point wears by {depth[-1]:.3g} µm, {asked}")
+            published = f"the paper's figures are for {self.last_depth:g} µm"
+            raise NotComparable(f"the control point wears by {depth[-1]:.3g} µm, {published}")
         return depth
 
     def at_depth(self, values: np.ndarray, depth: float) -> float:
@@ -94,13 +94,13 @@ class Evidence:
     def gear_flank(self, name: str) -> np.ndarray:
         """A flank variable of the gear over (profile, face), wear at the last step."""
         if name == "wear_depth":
-            self._of_a_worn_gear()
+            self._require_worn_gear()
         array = self.get("flank", name).sel(body="gear")
         return np.asarray((array.isel(wear_step=-1) if "wear_step" in array.dims else array).values)
 
-    def _of_a_worn_gear(self) -> None:
+    def _require_worn_gear(self) -> None:
         if "gear" not in self.scene.get("wear", {}).get("worn_bodies", ["gear"]):
-            raise NotComparable("the paper wears the gear, this result the pinion alone")
+            raise NotComparable("in the paper the gear wears, in this result the pinion alone")
 
     def wear_coefficient(self) -> float:
         """Wear coefficient of the scene [mm^2/N]."""

@@ -1,4 +1,4 @@
-"""The section that sets a result beside another one of the same flank grid, such as its other fidelity."""
+"""Section that compares a result with another one on the same flank grid, such as that of the other fidelity."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ _OF_FIDELITY = {
     "numerics.cells_per_half_width",
     "numerics.wear_mapping",
 }
-"""Fields in which two scenes can differ and the reasons still hold: words, and what one fidelity alone reads."""
+"""Fields in which two scenes may differ while the reasons hold: texts, and fields of one fidelity alone."""
 
 
 def heading(against: xr.DataTree) -> str:
-    """Heading of the section: by the fidelity of the other result."""
+    """Heading of the section, with the fidelity of the other result."""
     return f"Against fidelity “{fidelity(against)}”"
 
 
 def against_section(tree: xr.DataTree, against: xr.DataTree) -> str:
-    """Tables, reasons and pictures of how two results differ.
+    """Tables, reasons and pictures of the differences of two results.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def against_section(tree: xr.DataTree, against: xr.DataTree) -> str:
     Raises
     ------
     SemiwearError
-        If the results lie on different flank grids; the message says in what they differ and what to do.
+        If the results lie on different flank grids; the message names the difference and the remedy.
     """
     results = TwoResults.of(tree, against)
     scenes = scene_tables(tree), scene_tables(against)
@@ -74,12 +74,12 @@ def against_section(tree: xr.DataTree, against: xr.DataTree) -> str:
 
 
 def _states(results: TwoResults) -> str:
-    """Which wear states are compared."""
+    """Paragraph on the wear states that are compared."""
     first, last = (f"<b>{escape(name)}</b>" for name in results.names)
     fidelities = ", ".join(map(fidelity, results.trees))
     text = f"This result, {first}, against the other, {last} (fidelities: {escape(fidelities)}). "
     if not results.have("history", "meshes"):
-        text += "At least one of them has no wear steps: compared is the first wear state of each, as it was given."
+        text += "At least one of them has no wear steps: the wear states compared are the first ones."
     elif len(results.steps) == 1:
         text += "They have only the unworn state in common."
     else:
@@ -108,15 +108,15 @@ def _differing(scenes: tuple[Table, Table]) -> dict[str, tuple[str, str]]:
 
 
 def _scenes(results: TwoResults, differing: Mapping[str, tuple[str, str]] | None) -> str:
-    """Fields in which the scenes differ."""
+    """Paragraph or table of the fields in which the scenes differ."""
     if differing is None:
-        return "<p>At least one result holds no readable scene, so what they state differently is not told.</p>"
+        return "<p>At least one result holds no readable scene: the fields that differ are unknown.</p>"
     if not differing:
         return "<p>The scenes are the same.</p>"
     if set(differing) == {"numerics.fidelity"}:
         return "<p>The scenes differ in <code>numerics.fidelity</code> only.</p>"
     listed = [(name, *values) for name, values in differing.items()]
-    note = "<p>The scenes differ in the fields below, each of which can be a cause of what follows.</p>"
+    note = "<p>The scenes differ in the fields below; each of them can cause the differences that follow.</p>"
     return note + table("Fields in which the scenes differ", ("field", *map(escape, results.names)), listed)
 
 
@@ -153,10 +153,10 @@ def _table(kind: Kind, rows: Sequence[Difference], results: TwoResults, alike: b
 
 
 def _pictures(results: TwoResults) -> str:
-    """The two pictures; what cannot be drawn says why."""
+    """Pictures of the differences; one that cannot be drawn is replaced by the reason."""
     names = f"{results.names[0]} minus {results.names[1]}"
     worn = (set(worn_bodies(results.this)) | set(worn_bodies(results.other))) or {"gear"}
-    drawn = (
+    cards = (
         *(
             _card(
                 f"Difference in wear, {body}",
@@ -177,15 +177,15 @@ def _pictures(results: TwoResults) -> str:
             results,
         ),
     )
-    return f'<div class="cards">{"".join(drawn)}</div>'
+    return f'<div class="cards">{"".join(cards)}</div>'
 
 
 def _card(title: str, caption: str, draw: Callable[..., object], results: TwoResults) -> str:
     try:
         uri = figure_uri(SIZE, 1, lambda axes: draw(results.this, results.other, ax=axes[0]))
-    except SemiwearError as reason_:
-        if isinstance(reason_, ImportError):
+    except SemiwearError as error:
+        if isinstance(error, ImportError):
             raise
-        return element("p", f"{escape(title)} is left out: {escape(str(reason_))}.")
-    # the map of differences is the one picture here whose colours mean values
+        return element("p", f"{escape(title)} is left out: {escape(str(error))}.")
+    # only in the map of differences do colours represent values
     return card(title, uri, f"{title}. {caption}", caption, SIZE, of_colours=draw is not pressure_of_both)

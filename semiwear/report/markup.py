@@ -1,4 +1,4 @@
-"""Pieces of HTML and numbers as text."""
+"""HTML elements, and numbers as text."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from semiwear.html_text import folded_html
 from semiwear.plain_text import power_of_ten, unit_text
 
 NONE = "–"
-"""Sign for a value that is missing."""
+"""Sign for a missing value."""
 
 
 def figure_text(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits, powers of ten written out."""
+    """A number with `digits` significant digits; very small and large ones with a power of ten."""
     number = float(value)
     if isnan(number):
         return NONE
@@ -25,7 +25,7 @@ def figure_text(value: float, digits: int = 4) -> str:
         return "0"
     if float(number).is_integer() and abs(number) < 1e6:
         return f"{number:.0f}".replace("-", "−")
-    # of the number as it is shown: 9.999 may be written as 10
+    # of the rounded number: 9.999 may become 10
     shown_digits = digits if 1e-3 <= abs(number) < 1e6 else digits - 1
     exponent = int(f"{number:.{max(shown_digits - 1, 0)}e}".partition("e")[2])
     if -4 < exponent < 6:
@@ -49,7 +49,7 @@ def element(tag: str, content: str, **attributes: str) -> str:
 
 
 def folded_toml(text: str) -> str:
-    """TOML as it stands, folded away."""
+    """A TOML text, folded away."""
     return folded_html("TOML", f"<pre>{escape(text)}</pre>")
 
 
@@ -63,7 +63,7 @@ def card(
     full: bool = False,
     of_colours: bool = False,
 ) -> str:
-    """A figure with its heading on a card, `full` as wide as the page; otherwise as `figure`."""
+    """A card with a figure and its heading, `full` as wide as the page; other parameters as in `figure`."""
     shown = figure(uri, alt, caption, size, title, of_colours=of_colours)
     return element("article", shown, class_="card full" if full else "card")
 
@@ -73,7 +73,7 @@ def figure(
 ) -> str:
     """A picture with its caption, and with its heading if it has a `title`; `size` is width and height [inch].
 
-    A picture `of_colours` that mean values keeps a light ground where the page is dark; others are turned over.
+    A picture `of_colours` that represent values keeps a light background on a dark page; others are inverted there.
     """
     width, height = (round(side * 100) for side in size)
     kept = ' class="of-colours"' if of_colours else ""
@@ -83,7 +83,7 @@ def figure(
 
 
 def tiles(numbers: Iterable[tuple[str, str, str]]) -> str:
-    """Numbers side by side, each with its name and a note; empty without any."""
+    """Numbers side by side, each with its name and a note; empty without numbers."""
     entries = "".join(
         element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
         for name, value, note in numbers
@@ -91,28 +91,28 @@ def tiles(numbers: Iterable[tuple[str, str, str]]) -> str:
     return element("ul", entries, class_="tiles") if entries else ""
 
 
-# By the names of verdicts, whatever their words.
+# by the names of the members of `Verdict` and `Mark`
 _SIGNS = {"AGREE": "✓", "DISAGREE": "✗", "DIFFER": "✗", "NOT_COMPARED": NONE}
 _CLASSES = {"AGREE": "agree", "DISAGREE": "disagree", "DIFFER": "disagree", "NOT_COMPARED": "not-compared"}
 
 
 def verdict_text(verdict: Enum) -> str:
-    """A verdict in a word, with its sign."""
+    """A verdict with its sign as text."""
     return f"{_SIGNS[verdict.name]} {verdict.value}"
 
 
 def verdict_class(verdict: Enum) -> str:
-    """Class of the elements that show a verdict."""
+    """CSS class of the elements that show a verdict."""
     return _CLASSES[verdict.name]
 
 
 def badge(verdict: Enum) -> str:
-    """A verdict, its sign hidden from readers who hear the page."""
+    """A verdict with its sign, which screen readers skip."""
     return f'<span aria-hidden="true">{_SIGNS[verdict.name]}</span> {verdict.value}'
 
 
 def counts(verdicts: Iterable[Enum], kinds: Iterable[Enum]) -> str:
-    """How many verdicts there are of each kind."""
+    """Number of verdicts of each kind, as a list."""
     found = Counter(verdicts)
     badges = "".join(
         f'<li class="{verdict_class(kind)}"><strong>{found[kind]}</strong> {badge(kind)}</li>'
@@ -123,14 +123,14 @@ def counts(verdicts: Iterable[Enum], kinds: Iterable[Enum]) -> str:
 
 
 def code_marked(text: str) -> str:
-    """Text as HTML, what stands between backticks as code."""
+    """Text as HTML, with the parts between backticks as code."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], marks: Sequence[str] = ()) -> str:
-    """A table that scrolls sideways on its own; cells are text, `head` may hold markup.
+    """A table that scrolls sideways by itself; cells are text, `head` may hold markup.
 
-    `marks`, one a row, are classes of the last cells.
+    `marks` are the CSS classes of the last cells, one for each row.
     """
     heads = "".join(element("th", cell, scope="col") for cell in head)
     lines = "".join(_row(row, marks[k] if marks else "") for k, row in enumerate(rows))

@@ -1,4 +1,4 @@
-"""Values that the statements of a published study are tested with, by name."""
+"""Quantities by which the statements of a published study are tested, by name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from semiwear.results.schema import Zone
 Measure = Callable[[Evidence], SimpleNamespace]
 
 MEASURES: dict[str, Measure] = {}
-"""Measured values by name; `NotComparable` where the result does not hold what one needs."""
+"""Functions that compute these quantities; they raise `NotComparable` if the result does not hold their inputs."""
 
 _SIDES = {"root": Zone.ROOT, "addendum": Zone.ADDENDUM}
 
@@ -27,7 +27,7 @@ def _measure(function: Measure) -> Measure:
 
 @_measure
 def printed(evidence: Evidence) -> SimpleNamespace:
-    """Ratios of published figures to each other."""
+    """Ratios of published figures."""
     wear, values = evidence.paper["wear"], evidence.paper["at_60_um"]
     engagements, depth = np.asarray(wear["engagements_1e10"], dtype=float), wear["control_depth_um"][-1]
     increments = np.diff(engagements, prepend=0.0)
@@ -93,7 +93,7 @@ def across_width(evidence: Evidence) -> SimpleNamespace:
 
 @_measure
 def along_height(evidence: Evidence) -> SimpleNamespace:
-    """Parabola through the wear along the tooth height, on the line nearest to mid-face that has all zones."""
+    """Parabola through the wear along the tooth height, at the station nearest to mid-face that has all zones."""
     depth, zone, height, radius = (
         evidence.gear_flank(name) for name in ("wear_depth", "zone", "flank_height", "flank_radius")
     )
@@ -110,7 +110,7 @@ def along_height(evidence: Evidence) -> SimpleNamespace:
 
 
 def _parabola(position: np.ndarray, values: np.ndarray) -> SimpleNamespace:
-    """Second-order coefficient, place of the extremum and R squared of a fitted parabola."""
+    """Second-order coefficient, position of the extremum and R squared of a fitted parabola."""
     middle = position.mean()
     second, first, constant = np.polyfit(position - middle, values, 2)
     spread = float(((values - values.mean()) ** 2).sum())
@@ -125,12 +125,12 @@ def _parabola(position: np.ndarray, values: np.ndarray) -> SimpleNamespace:
 
 @_measure
 def sliding_at_pitch(evidence: Evidence) -> SimpleNamespace:
-    """Share of the greatest sliding distance at roll position 0."""
+    """Sliding distance at roll position 0 over its greatest value."""
     distance = evidence.get("engagement", "sliding_distance").sel(body="gear").isel(wear_step=-1)
-    told = np.isfinite(distance.values)  # nothing is told where edges alone bear
-    values, roll = distance.values[told], distance["roll_position"].values[told]
+    known = np.isfinite(distance.values)  # unknown where only edges carry load
+    values, roll = distance.values[known], distance["roll_position"].values[known]
     if not (values > 0.0).any():
-        raise NotComparable("at no roll position does a pair slide on its flanks")
+        raise NotComparable("the flanks do not slide at any roll position")
     return SimpleNamespace(share=float(np.interp(0.0, roll, values)) / float(values.max()))
 
 
@@ -139,13 +139,13 @@ def sliding_at_pitch(evidence: Evidence) -> SimpleNamespace:
 
 @_measure
 def engagements(evidence: Evidence) -> SimpleNamespace:
-    """Meshes that each of the published depth steps takes here, and their course beside the published one."""
+    """Meshes for each of the published depth steps in this result, and their course against the published one."""
     wear = evidence.paper["wear"]
     depths = np.asarray(wear["control_depth_um"], dtype=float)
-    theirs = np.asarray(wear["engagements_1e10"], dtype=float)
-    ours = np.array([evidence.at_depth(evidence.meshes, depth) for depth in depths])
-    increments = np.diff(ours, prepend=0.0)
-    difference = ours / ours[-1] - theirs / theirs[-1]
+    published = np.asarray(wear["engagements_1e10"], dtype=float)
+    own = np.array([evidence.at_depth(evidence.meshes, depth) for depth in depths])
+    increments = np.diff(own, prepend=0.0)
+    difference = own / own[-1] - published / published[-1]
     worst = int(np.abs(difference).argmax())
     return SimpleNamespace(
         first=increments[0],
@@ -156,14 +156,14 @@ def engagements(evidence: Evidence) -> SimpleNamespace:
         difference=difference[worst],
         difference_size=abs(difference[worst]),
         at_depth=depths[worst],
-        all_over_first=ours[-1] / ours[0],
-        first_share=ours[0] / ours[-1],
+        all_over_first=own[-1] / own[0],
+        first_share=own[0] / own[-1],
     )
 
 
 @_measure
 def wear_constant(evidence: Evidence) -> SimpleNamespace:
-    """Wear coefficient times meshes [mm^2/N] that the published depth takes."""
+    """Wear coefficient times meshes [mm^2/N] for the published depth."""
     here = evidence.at_depth(evidence.meshes, evidence.last_depth) * evidence.wear_coefficient()
     factor = printed(evidence).wear_constant / here
     load = evidence.last_depth * 1e-3 / here
@@ -182,17 +182,17 @@ def share(evidence: Evidence) -> SimpleNamespace:
 
 @_measure
 def greatest_load_share(evidence: Evidence) -> SimpleNamespace:
-    """Place of the greatest load share at the last wear step."""
-    return _middle(evidence, "load_share", "")
+    """Roll position of the greatest load share at the last wear step."""
+    return _roll_of_greatest(evidence, "load_share", "")
 
 
 @_measure
 def greatest_root_stress(evidence: Evidence) -> SimpleNamespace:
-    """Places of the greatest root stresses at the last wear step."""
-    return _middle(evidence, "root_stress", *BODIES)
+    """Roll positions of the greatest root stresses at the last wear step."""
+    return _roll_of_greatest(evidence, "root_stress", *BODIES)
 
 
-def _middle(evidence: Evidence, name: str, *bodies: str) -> SimpleNamespace:
+def _roll_of_greatest(evidence: Evidence, name: str, *bodies: str) -> SimpleNamespace:
     array = evidence.get("engagement", name).isel(wear_step=-1)
     roll = array["roll_position"].values
     middles, places, at_pitch = [], [], []
@@ -200,7 +200,7 @@ def _middle(evidence: Evidence, name: str, *bodies: str) -> SimpleNamespace:
         values = (array.sel(body=body) if body else array).values
         if not np.isfinite(values).all():
             raise NotComparable(f"/engagement/{name} is missing at some roll positions")
-        # A plateau has one middle: that of all places within 1 % of the greatest value.
+        # on a plateau: the mean of the roll positions within 1 % of the greatest value
         middles.append(float(roll[values >= 0.99 * values.max()].mean()))
         places.append(f"{body} at roll position {figure_text(round(middles[-1], 2), 2)}".strip())
         at_pitch.append(f"{body} {np.interp(0.0, roll, values) / values.max():.0%}".strip())
@@ -218,7 +218,7 @@ def edge_pressure(evidence: Evidence) -> SimpleNamespace:
 
 @_measure
 def loaded_length(evidence: Evidence) -> SimpleNamespace:
-    """Length of face that is loaded where a body's root stress is greatest [mm]."""
+    """Loaded length along the face at the roll position of a body's greatest root stress [mm]."""
     stress, load = evidence.get("engagement", "root_stress"), evidence.get("engagement", "line_load")
     face = load["face"].values
     spacing = float(face[-1] - face[0]) / max(face.size - 1, 1)
@@ -246,7 +246,7 @@ def root_stress_ratio(evidence: Evidence) -> SimpleNamespace:
 
 @_measure
 def fitting_torque(evidence: Evidence) -> SimpleNamespace:
-    """Torque that would bring the published root stress, were the two proportional [N m]."""
+    """Torque for the published root stress if stress were proportional to torque [N m]."""
     torque, stress = evidence.scene.get("operation", {}).get("pinion_torque_Nm"), root_stress(evidence)
     if not isinstance(torque, int | float):
         raise NotComparable("the scene has no single torque")

@@ -1,4 +1,4 @@
-"""The numbers of a report: a few that matter, with what they mean, and the others."""
+"""Numbers of a report: the main ones with their meaning, and further ones."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Number = tuple[str, str, str]
 
 
 def main_numbers(tree: xr.DataTree) -> str:
-    """Tiles of the wear, how long it takes, the pressure and the transmission error, each with what it means."""
+    """Tiles of wear, life, pressure and transmission error, each with its meaning."""
     numbers = [*_wear(tree), *(life_numbers(tree) or _run(tree)), *_pressure(tree), *_excitation(tree)]
     return element("div", tiles(numbers), class_="main-numbers") if numbers else ""
 
@@ -31,13 +31,13 @@ def other_numbers(tree: xr.DataTree) -> str:
 
 
 def advice(tree: xr.DataTree) -> str:
-    """Sentences on wear steps that are too deep, and on tips that press and the relief that frees them."""
-    return _advised("wear steps", deep_steps(tree)) + _advised("tips that press", pressing_tips(tree))
+    """Sentences on wear steps that are too deep, and on tip edges in contact with the relief that clears them."""
+    return _advice_on("wear steps", deep_steps(tree)) + _advice_on("tips that press", pressing_tips(tree))
 
 
-def _advised(about: str, texts: list[str]) -> str:
+def _advice_on(subject: str, texts: list[str]) -> str:
     sentences = "".join(element("li", text.replace(" um ", " µm ")) for text in texts)
-    return f"<h3>Advice: {about}</h3><ul>{sentences}</ul>" if sentences else ""
+    return f"<h3>Advice: {subject}</h3><ul>{sentences}</ul>" if sentences else ""
 
 
 def _wear(tree: xr.DataTree) -> Iterator[Number]:
@@ -57,7 +57,7 @@ def _wear(tree: xr.DataTree) -> Iterator[Number]:
 
 
 def _of_module(tree: xr.DataTree, depth: float) -> str:
-    """The share of the module that a depth [mm] is, where the scene tells it."""
+    """A depth [mm] as percentage of the module, if the scene states the module."""
     pair = scene_tables(tree).get("gear_pair", {})
     module = pair.get("module_mm", pair.get("normal_module_mm"))
     if not is_number(module) or module <= 0:
@@ -66,11 +66,11 @@ def _of_module(tree: xr.DataTree, depth: float) -> str:
 
 
 def life_numbers(tree: xr.DataTree) -> list[Number]:
-    """The life until a depth of wear, and what ends it earlier; empty where the run was not asked for it."""
-    told = group_of(tree, "life")
-    if "meshes_to_limit" not in told:
+    """Life until a wear depth, and the failure mode that ends it earlier; empty without `[effects.run_life]`."""
+    found = group_of(tree, "life")
+    if "meshes_to_limit" not in found:
         return []
-    life = {str(name): float(value) for name, value in told.data_vars.items() if value.dtype.kind == "f"}
+    life = {str(name): float(value) for name, value in found.data_vars.items() if value.dtype.kind == "f"}
     endless = isnan(life["meshes_to_limit"])
     meshes = "without end" if endless else f"{figure_text(life['meshes_to_limit'])} meshes"
     meaning = "of a gear tooth; the scene gives no speed, so no hours"
@@ -79,19 +79,19 @@ def life_numbers(tree: xr.DataTree) -> list[Number]:
     elif "hours_to_limit" in life:
         meaning = f"{meshes} of a gear tooth"
         meshes = f"{figure_text(life['hours_to_limit'])} h"
-    ended_by = str(told["ended_by"].values) if "ended_by" in told else "wear"
+    ended_by = str(found["ended_by"].values) if "ended_by" in found else "wear"
     if ended_by != "wear" and "meshes_to_end" in life:
         meaning += (
             f"; {ended_by.replace('_', ' ')} ends it earlier, after {figure_text(life['meshes_to_end'])} meshes"
         )
     body, deeper = life_bodies(tree)
     if deeper:
-        meaning += f"; the {deeper} wears deeper, and is not asked about"
+        meaning += f"; the {deeper} wears deeper, but the limit is not for it"
     return [(f"Life until {life['depth_limit']:g} µm of wear{body and f', {body}'}", meshes, meaning)]
 
 
 def _run(tree: xr.DataTree) -> Iterator[Number]:
-    """How long the run is, and how the wear rate has changed."""
+    """Length of the run, and change of the wear rate."""
     history = group_of(tree, "history")
     if "meshes" not in history.coords or "flank" not in tree.children:
         return
@@ -113,26 +113,26 @@ def _pressure(tree: xr.DataTree) -> Iterator[Number]:
     if "contact_pressure_max" not in engagement:
         return
     greatest = np.fmax.reduce(away_from_edges(engagement).values, axis=1)
-    if np.isnan(greatest[[0, -1]]).any():  # edges alone bear
+    if np.isnan(greatest[[0, -1]]).any():  # only edges carry load
         return
     yield (
         "Greatest contact pressure",
         with_unit(float(greatest[-1]), "MPa"),
-        _change(greatest, "MPa", "off the edges"),
+        _change(greatest, "MPa", "away from edges"),
     )
 
 
 def _change(values: np.ndarray, units: str, where: str = "") -> str:
-    """The unworn value and by how much it has changed, in words."""
+    """Text with the unworn value and the change since."""
     first, last = float(values[0]), float(values[-1])
-    told = f"{where}; " if where else ""
+    prefix = f"{where}; " if where else ""
     if values.size < 2:
-        return f"{told}unworn"
-    return f"{told}{with_unit(first, units)} unworn{_against(last / first) if first > 0.0 else ''}"
+        return f"{prefix}unworn"
+    return f"{prefix}{with_unit(first, units)} unworn{_change_text(last / first) if first > 0.0 else ''}"
 
 
-def _against(ratio: float) -> str:
-    """By how much a value has changed, in words."""
+def _change_text(ratio: float) -> str:
+    """Text on the change of a value, from its ratio to the unworn one."""
     if ratio > 2.0:
         return f", {figure_text(ratio, 2)} times as much now"
     return f", {100.0 * abs(ratio - 1.0):.0f} % {'more' if ratio > 1.0 else 'less'} now"
@@ -143,7 +143,7 @@ def _excitation(tree: xr.DataTree) -> Iterator[Number]:
     if "transmission_error_amplitude" in history:
         series = history["transmission_error_amplitude"]
         units = str(series.attrs["units"])
-        note = _change(series.values, units, "what excites vibration")
+        note = _change(series.values, units, "excites vibration")
         yield "Transmission error, amplitude", with_unit(float(series[-1]), units), note
 
 
@@ -151,7 +151,7 @@ def _contact_ratio(tree: xr.DataTree) -> Iterator[Number]:
     cycle = group_of(tree, "mesh_cycle")
     if "pairs_in_contact" in cycle:
         pairs = cycle["pairs_in_contact"].mean("mesh_position").values
-        note = "tooth pairs that bear, mean of a mesh cycle"
+        note = "tooth pairs that carry load, mean of a mesh cycle"
         unworn = f"; {pairs[0]:.2f} unworn" if pairs.size > 1 else ""
         yield "Contact ratio under load", f"{pairs[-1]:.2f}", note + unworn
 

@@ -1,4 +1,4 @@
-"""Arrays of numbers in a page: in steps of their range, compressed, as text that a browser unpacks."""
+"""Arrays of numbers in a page: quantised, compressed, as base64 text that a browser unpacks."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _STEPS = 65535  # of 16 bits
 
 
 class Packer:
-    """Collects arrays; each is told by its place, shape, least value and step.
+    """Collection of arrays, each described by its offset, shape, least value and step.
 
-    A value is stored as a whole number of steps, 65535 to the range of its array: it comes back within 1/131070 of
-    that range.
+    Values are stored as whole numbers of steps, 65535 over the range of their array, and are restored within 1/131070
+    of that range.
     """
 
     def __init__(self) -> None:
@@ -25,17 +25,17 @@ class Packer:
         self._at = 0
 
     def add(self, values: FloatArray) -> Table:
-        """Store an array; returns what finds it again."""
+        """Store an array; returns its description."""
         array = np.asarray(values, float)
         low = float(array.min(initial=np.inf)) if array.size else 0.0
         step = (float(array.max()) - low) / _STEPS if array.size else 0.0
         whole = np.rint((array - low) / step) if step > 0.0 else np.zeros(array.shape)
         data = whole.astype("<u2").tobytes()
-        found = {"at": self._at, "shape": list(array.shape), "low": low, "step": step}
+        description = {"at": self._at, "shape": list(array.shape), "low": low, "step": step}
         self._parts.append(data)
         self._at += array.size
-        return found
+        return description
 
     def base64(self) -> str:
-        """Everything that was stored."""
+        """All stored arrays."""
         return base64.b64encode(gzip.compress(b"".join(self._parts), 9, mtime=0)).decode()

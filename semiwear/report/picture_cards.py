@@ -1,33 +1,41 @@
-"""Pictures of a report on cards, by the part of the page in which they stand."""
+"""Cards with the pictures of a report, by part of the page."""
 
 from __future__ import annotations
 
 from html import escape
 
+from semiwear.report.contents import ReportData
 from semiwear.report.markup import card, element
 from semiwear.report.pictures import OF_COLOURS, Drawn
-from semiwear.report.told import Told
 
 
-def cards_of(told: Told, part: str) -> str:
-    """Cards of the pictures of a part, those of one height together; empty without any."""
-    drawn = [one for one in told.drawn if one.picture.part == part and one.uri]
-    drawn.sort(key=lambda one: (not one.picture.both_ends, one.picture.panels))
+def cards_of(data: ReportData, part: str) -> str:
+    """Cards of the pictures of a part, those of equal height together; empty without pictures."""
+    drawn = [shown for shown in data.pictures if shown.picture.part == part and shown.uri]
+    drawn.sort(key=lambda shown: (not shown.picture.both_ends, shown.picture.panels))
     return element("div", "".join(map(card_of, drawn)), class_="cards") if drawn else ""
 
 
 def card_of(drawn: Drawn) -> str:
-    """One picture with its heading, words for those who do not see it, and caption."""
-    shown = drawn.picture
-    in_colours = shown.name in OF_COLOURS
+    """Card of a picture with its heading, alternative text and caption."""
+    picture = drawn.picture
+    in_colours = picture.name in OF_COLOURS
     return card(
-        shown.title, drawn.uri, drawn.alt, shown.caption, shown.size, full=shown.both_ends, of_colours=in_colours
+        picture.title,
+        drawn.uri,
+        drawn.alt,
+        picture.caption,
+        picture.size,
+        full=picture.both_ends,
+        of_colours=in_colours,
     )
 
 
-def left_out(told: Told) -> str:
-    """Pictures that are left out, each with its reason."""
+def left_out(data: ReportData) -> str:
+    """Titles of the pictures that are left out, each with the reason."""
     reasons = "".join(
-        f"<li>{escape(one.picture.title)}: {escape(one.left_out)}.</li>" for one in told.drawn if one.left_out
+        f"<li>{escape(drawn.picture.title)}: {escape(drawn.left_out)}.</li>"
+        for drawn in data.pictures
+        if drawn.left_out
     )
     return f"<ul>{reasons}</ul>" if reasons else ""

@@ -1,4 +1,4 @@
-"""The pictures of a report: which, in which order, with which words."""
+"""The pictures of a report in their order, with headings, captions and alternative texts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 OF_COLOURS = ("wear_map", "contact_pattern", "wear_surface")
-"""Pictures whose colours mean values."""
+"""Pictures whose colours represent values."""
 
 _PIXELS_PER_INCH = 150
 
@@ -37,25 +37,25 @@ class Picture:
     name : str
         Function of `semiwear.plot` that draws it.
     title, caption : str
-        Heading, and one sentence that says what is seen.
+        Heading, and one sentence on what the picture shows.
     part : str
-        Where it stands: ``"first"`` screen, worn ``"flank"``, over the ``"life"``, through the ``"mesh"``.
+        Part of the page: ``"first"`` screen, worn ``"flank"``, over the ``"life"``, through the ``"mesh"``.
     panels : int
         Axes that the function takes.
     needs_wear : bool
-        Whether it shows wear or a change with wear, and so needs two wear steps.
-    of_some : bool
-        Whether only some results can have it, so that one without needs no word.
+        Whether it shows wear or a change with wear, and therefore needs two wear steps.
+    optional : bool
+        Whether only some results hold its data, so that no reason is given where it is left out.
     both_ends : bool
         Whether the first and the last wear step stand side by side.
     of_body : bool
-        Whether it shows one flank: then there is one for each body that wears.
+        Whether it shows one flank; it is then drawn for each body that wears.
     body : str
-        Which; empty for a picture of both or of neither.
+        The body of that flank; empty for other pictures.
     size : tuple of float
         Width and height [inch].
     describe : callable
-        From the result to a short text with its main numbers, for readers who do not see the picture.
+        Short text with the main numbers of a result, for readers who do not see the picture.
     """
 
     name: str
@@ -65,17 +65,17 @@ class Picture:
     part: str
     panels: int = 1
     needs_wear: bool = False
-    of_some: bool = False
+    optional: bool = False
     both_ends: bool = False
     of_body: bool = False
     body: str = ""
     size: tuple[float, float] = SIZE
 
     def of(self, tree: xr.DataTree, body: str) -> Picture:
-        """The picture in the words of a result's pair and, where it shows one flank, of a body."""
-        words = {"body": body, "pitch": pitch_name(tree)}
+        """The picture with heading and caption for a result's gear pair and, if it shows one flank, for a body."""
+        names = {"body": body, "pitch": pitch_name(tree)}
         describe = partial(self.describe, body=body) if self.of_body else self.describe
-        title, caption = self.title.format(**words), self.caption.format(**words)
+        title, caption = self.title.format(**names), self.caption.format(**names)
         return replace(self, body=body, title=title, caption=caption, describe=describe)
 
 
@@ -90,7 +90,7 @@ class Drawn:
 
 
 def draw_all(tree: xr.DataTree) -> list[Drawn]:
-    """Every picture of a result; those of one flank for each body that wears."""
+    """All pictures of a result; those of one flank for each body that wears."""
     bodies = shown_bodies(tree)
     return [
         draw(picture.of(tree, body), tree) for picture in PICTURES for body in (bodies if picture.of_body else ("",))
@@ -108,7 +108,7 @@ def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
     except SemiwearError as reason:
         if isinstance(reason, ImportError):
             raise
-        return Drawn(picture, "", "", "" if picture.of_some else str(reason))
+        return Drawn(picture, "", "", "" if picture.optional else str(reason))
 
 
 def _png(picture: Picture, tree: xr.DataTree) -> str:
@@ -116,19 +116,19 @@ def _png(picture: Picture, tree: xr.DataTree) -> str:
     if picture.both_ends:
         steps = (0, -1) if group_of(tree, "flank").sizes.get("wear_step", 1) > 1 else (0,)
 
-        def ends(axes: list[Axes]) -> None:
+        def first_and_last(axes: list[Axes]) -> None:
             for step, ax in zip(steps, axes, strict=True):
                 function(tree, wear_step=step, ax=ax)
 
-        return figure_uri(picture.size, len(steps), ends, side_by_side=True)
+        return figure_uri(picture.size, len(steps), first_and_last, side_by_side=True)
     solid = {"projection": "3d"} if picture.name == "wear_surface" else None
 
-    of = {"body": picture.body} if picture.body else {}
+    options = {"body": picture.body} if picture.body else {}
 
-    def alone(axes: list[Axes]) -> None:
-        function(tree, ax=axes[0] if picture.panels == 1 else axes, **of)
+    def panels(axes: list[Axes]) -> None:
+        function(tree, ax=axes[0] if picture.panels == 1 else axes, **options)
 
-    return figure_uri(picture.size, picture.panels, alone, subplot=solid)
+    return figure_uri(picture.size, picture.panels, panels, subplot=solid)
 
 
 @styled()
@@ -141,9 +141,9 @@ def figure_uri(
     columns: int = 1,
     subplot: dict[str, str] | None = None,
 ) -> str:
-    """A figure [inch] in the style of all pictures, as a data URI.
+    """A figure of a `size` [inch] in the common style, as a data URI.
 
-    `draw_on` gets its axes, in so many columns or all `side_by_side`.
+    `draw_on` is called with its axes, which stand in `columns` columns or all `side_by_side`.
     """
     from matplotlib.figure import Figure
 
@@ -151,22 +151,22 @@ def figure_uri(
     shape = (1, panels) if side_by_side else (panels // columns, columns)
     draw_on(list(figure.subplots(*shape, squeeze=False, subplot_kw=subplot).flat))
     stream = io.BytesIO()
-    # the page's ground shows through: it is light or dark
+    # transparent, since the background of the page is light or dark
     figure.savefig(stream, format="png", dpi=_PIXELS_PER_INCH, transparent=True, metadata={"Software": None})
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
 def _history_text(*names: str, body: bool = False) -> Callable[[xr.DataTree], str]:
-    """First and last values of some histories, in words."""
+    """Text with the first and last values of some histories."""
 
     def describe(tree: xr.DataTree) -> str:
         parts = []
         for name in names:
             array = tree["history"].to_dataset()[name]
-            for series in (array.sel(body=one) for one in array["body"].values) if body else (array,):
-                who = f" of the {series['body'].item()}" if body else ""
+            for series in (array.sel(body=name) for name in array["body"].values) if body else (array,):
+                owner = f" of the {series['body'].item()}" if body else ""
                 first, last = (_value_text(series, step) for step in (0, -1))
-                parts.append(f"{array.attrs['long_name']}{who}: {first} at first, {last} at last")
+                parts.append(f"{array.attrs['long_name']}{owner}: {first} at first, {last} at last")
         return "; ".join(parts) + "."
 
     return describe
@@ -178,7 +178,7 @@ def _value_text(series: xr.DataArray, step: int) -> str:
 
 
 def _greatest_text(array: xr.DataArray) -> str:
-    """Greatest value over the engagement and where it is, or why there is none."""
+    """Greatest value over the engagement with its roll position, or the reason why there is none."""
     if np.isnan(array.values).all():
         return f"none ({why_missing(array)})"
     place = int(np.nanargmax(array.values))
@@ -223,9 +223,9 @@ def _pattern_text(tree: xr.DataTree) -> str:
     gear = tree["flank"].to_dataset()
     parts = []
     for step in (0, -1):
-        pressed = gear["contact_pattern"].values[step]
-        share = float((pressed > 0.0).mean())
-        parts.append(f"{share:.0%} of the flank's points are pressed, by at most {pressed.max():.0f} MPa")
+        pressure = gear["contact_pattern"].values[step]
+        loaded = float((pressure > 0.0).mean())
+        parts.append(f"{loaded:.0%} of the flank's points carry pressure, at most {pressure.max():.0f} MPa")
     return f"At the first wear step {parts[0]}; at the last {parts[1]}."
 
 
@@ -240,7 +240,7 @@ PICTURES: tuple[Picture, ...] = (
         "wear_map",
         "Wear of the {body}'s flank",
         "Wear depth along the tooth and over its height at the last wear step; dashed, the band of the {pitch}; "
-        "round, the place of the greatest wear; a diamond, the control point where it lies on this flank.",
+        "circle, the greatest wear; diamond, the control point if it lies on this flank.",
         _flank_text,
         "flank",
         needs_wear=True,
@@ -258,11 +258,11 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "contact_pattern",
         "Contact pattern",
-        "Greatest pressure on each point of the gear's flank in a mesh, at the first and the last wear step; "
-        "colours end at the greatest pressure away from borders.",
+        "Greatest pressure at each point of the gear's flank in a mesh, at the first and the last wear step; "
+        "the colour scale ends at the greatest pressure away from borders.",
         _pattern_text,
         "flank",
-        of_some=True,
+        optional=True,
         both_ends=True,
         size=SIZE_WIDE,
     ),
@@ -288,7 +288,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "meshes_against_depth",
         "Meshes for a wear depth",
-        "Engagements of a gear tooth that a wear depth at the control point takes, and a constant rate beside it.",
+        "Engagements of a gear tooth until the control point reaches a wear depth; dashed, a constant wear rate.",
         _history_text("wear_depth_control_point"),
         "life",
         needs_wear=True,
@@ -333,23 +333,23 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "transmission_error_curves",
         "Transmission error over the mesh cycle",
-        "Loaded transmission error over one mesh cycle, a curve a wear step.",
+        "Loaded transmission error over one mesh cycle, one curve per wear step.",
         _curves_text,
         "mesh",
     ),
     Picture(
         "contact_pressure_over_engagement",
         "Contact pressure over the engagement",
-        "Greatest contact pressure on one tooth pair from entry to exit, away from borders; dotted, an edge that "
-        "presses harder, and hatched, where edges alone bear.",
+        "Greatest contact pressure on one tooth pair from entry to exit, away from borders; dotted, a higher "
+        "pressure at an edge; hatched, roll positions where only edges carry load.",
         _pressure_text,
         "mesh",
     ),
     Picture(
         "wear_surface",
         "Worn flank of the {body}",
-        "A piece of the tooth under the flank, drawn as a plane (dashed, the unworn flank): what is gone lies below "
-        "it, in colours and drawn as many times deeper than it is as the title says.",
+        "The worn flank on a piece of the tooth, the unworn flank drawn as a plane (dashed); colours show the wear "
+        "depth, which is drawn enlarged by the factor in the title.",
         _flank_text,
         "first",
         needs_wear=True,

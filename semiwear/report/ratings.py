@@ -1,4 +1,4 @@
-"""Section of a report for failure modes: what ends the life first, safeties over it and on the flanks."""
+"""Section of a report on failure modes: the first failure, safeties over the life and on the flanks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _HEAD = ("mode", "body", "required", "unworn", "last", "where it is least", "fal
 
 
 def ratings_section(tree: xr.DataTree) -> str:
-    """A sentence on the end of the life, a table and a picture of all modes, a map of each; empty without any."""
+    """A sentence on the first failure, a table and a chart of all modes, a map of each; empty without ratings."""
     ratings = group_of(tree, "ratings")
     if not ratings:
         return ""
@@ -28,9 +28,9 @@ def ratings_section(tree: xr.DataTree) -> str:
     modes = ratings["mode"].values if "wear_depth" in group_of(tree, "flank") else ()
     maps = "".join(_map(tree, str(mode)) for mode in modes)
     caption = (
-        "Safety of each failure mode over what it requires, pinion and gear; the stretch in which a mode has the "
-        "least is shaded in its colour, and a cross marks where one falls below what is required. Safeties that add "
-        "up damage begin at static strength and fall along life curves."
+        "Safety over required safety of each failure mode, for pinion and gear; the background has the colour of the "
+        "mode with the least value, and a cross marks where a safety falls below the required one. Safeties from "
+        "accumulated damage begin at static strength and fall along life curves."
     )
     text = first_failure_text(ratings)
     life = card("Safeties over the life", uri, text, caption, _SIZE, full=True)
@@ -40,11 +40,11 @@ def ratings_section(tree: xr.DataTree) -> str:
 
 
 def first_failure_text(ratings: xr.Dataset) -> str:
-    """A sentence on what ends the life first, and when."""
+    """A sentence on the failure mode that ends the life first, and when."""
     first = ratings["fails_first"].values.astype(bool)
     if not first.any():
         words = ", ".join(mode_words(str(mode)) for mode in ratings["mode"].values)
-        return f"Nothing that is rated ({words}) falls below its required safety within this run."
+        return f"None of the rated failure modes ({words}) falls below its required safety within this run."
     mode = str(ratings["mode"].values[first][0])
     ends = ratings["meshes_to_failure"].sel(mode=mode)
     body = str(ends["body"].values[int(np.nanargmin(ends.values))])
@@ -73,8 +73,8 @@ def _rows(ratings: xr.Dataset) -> Iterator[tuple[str, ...]]:
             first, last = (figure_text(_value(ratings, "safety", mode, body, step)) for step in (0, -1))
             height, face = (_value(ratings, f"safety_{name}", mode, body, -1) for name in ("height", "face"))
             where = f"height {height:+.2f} mm, face {face:.1f} mm".replace("-", "−") if isfinite(height) else NONE
-            told = _end(ratings, mode, body), _error(ratings, mode, body)
-            yield mode_words(mode), body, required, first, last, where, *told
+            end = _end(ratings, mode, body), _error(ratings, mode, body)
+            yield mode_words(mode), body, required, first, last, where, *end
 
 
 def _error(ratings: xr.Dataset, mode: str, body: str) -> str:
@@ -89,8 +89,8 @@ def _map(tree: xr.DataTree, mode: str) -> str:
     safety = tree["ratings"].to_dataset()["safety_on_flank"].sel(mode=mode)
     uri = figure_uri(SIZE_WIDE, 2, lambda axes: safety_map(tree, axes, mode=mode), side_by_side=True)
     least = ", ".join(f"{body} {figure_text(float(safety.sel(body=body).min()), 3)}" for body in ("pinion", "gear"))
-    what = "while the load is there" if mode == "bending" else "of the point"
-    caption = f"Safety {what} at the last wear step, along the tooth and over its height; white: not rated."
+    meaning = "with the load at each point" if mode == "bending" else "of each point"
+    caption = f"Safety {meaning} at the last wear step, along the tooth and over its height; white: not rated."
     title = f"{mode_words(mode).capitalize()} on the worn flanks"
     alt = f"{title}. Least safety: {least}."
     return card(title, uri, alt, caption, SIZE_WIDE, full=True, of_colours=True)

@@ -1,6 +1,6 @@
-"""Why two results differ: sentences that follow from the differences, a paragraph a kind.
+"""Why two results differ: sentences that follow from the differences, one paragraph for each kind.
 
-What a fidelity does is stated; whether it shows is said only where the numbers do.
+How a fidelity works is always stated; an effect of it only if the numbers show it.
 """
 
 from __future__ import annotations
@@ -10,36 +10,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from semiwear.plot.flank_places import Place
+from semiwear.plot.flank_regions import Region
 from semiwear.plot.two_results import TwoResults
 from semiwear.report.differences import Difference, Kind, Mark, shares
 from semiwear.report.markup import figure_text
 
 TAKES_MORE = 0.005
-"""An edge takes more load where the pair's load share is greater by this."""
+"""Least difference of load shares from which an edge counts as carrying more load."""
 
 RELIEVES = 0.01
-"""Share by which the greatest pressure beside has to be lower to count as relieved."""
+"""Least relative reduction of the greatest pressure beside an edge that counts as relief."""
 
 PEAK = 2.0
-"""The greatest line load is a peak of one slice where it is more than so many times the loads beside it."""
+"""The greatest line load is a peak of one slice if it is more than this multiple of the loads beside it."""
 
 _SAME_DEPTH = 0.005
 _FIDELITIES = {"line", "patch"}
 
 
 def reason(kind: Kind, rows: Sequence[Difference], results: TwoResults, alike: bool) -> str:
-    """The paragraph below the table of a kind; empty where nothing of it was compared.
+    """The paragraph below the table of a kind; empty if none of its values was compared.
 
-    Where the scenes are not `alike` but for the fidelity, what is due to it cannot be told apart and is not told.
+    Effects of the fidelity are stated only if the scenes are `alike` in everything else.
     """
     compared = [row for row in rows if row.kind is kind and row.mark is not Mark.NOT_COMPARED]
     if not compared:
         return ""
     of_fidelity = alike and set(results.names) == _FIDELITIES
-    sentences = _WORDS[kind](compared, results, of_fidelity)
+    sentences = _SENTENCES[kind](compared, results, of_fidelity)
     if not of_fidelity and any(row.mark is Mark.DIFFER for row in compared):
-        sentences.append("The scenes differ in more than the fidelity, or not in it: look for the reason there.")
+        sentences.append("The results do not differ by the fidelity alone: look for the reason in the scenes.")
     return " ".join(sentence for sentence in sentences if sentence)
 
 
@@ -52,15 +52,15 @@ def _pressure(rows: list[Difference], results: TwoResults, of_fidelity: bool) ->
     if border:
         sentences.append(_border_pressure(border, results))
     if of_fidelity and border:
-        sentences += [_WHAT_EDGES_ARE, _edge_takes_load(results)]
+        sentences += [_EDGE_MODELS, _edge_takes_load(results)]
     return sentences
 
 
-_WHAT_EDGES_ARE = (
-    "`line` lets an edge's rounding be the curvature in Hertz's law, slice by slice, and spreads the load of a slice "
-    "over a footprint; where flanks are worn it solves the slice as a plane. `patch` resolves the pressure that "
-    "leans on the rounding in both directions. Either way the raw pressure at an edge depends on the size of cells "
-    "and slices: read its course, not its value."
+_EDGE_MODELS = (
+    "`line` uses an edge's rounding as the curvature in Hertz's law, slice by slice, and spreads the load of a slice "
+    "over a footprint; on worn flanks it solves the slice as a plane problem. `patch` resolves the pressure on the "
+    "rounding in both directions. In both, the pressure at an edge depends on the size of cells and slices: its "
+    "trend is meaningful, its value is not."
 )
 
 
@@ -69,15 +69,15 @@ def _why_inside(inside: list[Difference]) -> str:
     worn = [row for row in inside if row.when == "last" and row.mark is Mark.DIFFER]
     if fresh:
         return (
-            "Both fidelities solve the same problem there, so before any wear a difference comes from the resolution "
-            "or from the load that the borders take."
+            "Both fidelities solve the same problem there, so a difference before any wear comes from the resolution "
+            "or from the load that the borders carry."
         )
     if worn:
         return (
-            "Both solve the same problem there and begin alike: what differs comes with wear, from the load that "
-            "the borders take and from flanks that have worn differently."
+            "Both fidelities solve the same problem there and agree unworn: the difference arises with wear, from "
+            "the load that the borders carry and from flanks that have worn differently."
         )
-    return "Both solve the same problem there."
+    return "Both fidelities solve the same problem there."
 
 
 def _border_pressure(border: list[Difference], results: TwoResults) -> str:
@@ -91,15 +91,15 @@ def _border_pressure(border: list[Difference], results: TwoResults) -> str:
 
 @dataclass(frozen=True)
 class _Edge:
-    """Sentence about the last common wear step where the edges press hardest in `patch`."""
+    """Load and pressure at the last common wear step where the edge pressure of `patch` is greatest."""
 
     facts: str
-    takes_more: bool
+    more_load: bool
     relieves: bool
 
 
 def _edge(results: TwoResults) -> _Edge | None:
-    """Load and pressure where edges press hardest; None for other fidelities and where nothing can be told."""
+    """Load and pressure where the edge pressure is greatest; None for other fidelities or without these variables."""
     names = ("load_share", "contact_pressure_max", "contact_pressure_max_edge")
     if set(results.names) != _FIDELITIES or not all(results.have("engagement", name) for name in names):
         return None
@@ -114,26 +114,26 @@ def _edge(results: TwoResults) -> _Edge | None:
         for name in names[:2]
     )
     facts = (
-        f"Where the edge pressure of `patch` is greatest, at roll position {at:+.2f}, the tooth pair takes "
+        f"Where the edge pressure of `patch` is greatest, at roll position {at:+.2f}, the tooth pair carries "
         f"{share[patch]:.3f} of the load in `patch` and {share[line]:.3f} in `line`, and the greatest pressure "
         f"beside the borders is {beside[patch]:.0f} and {beside[line]:.0f} MPa: "
     ).replace("-", "−")
-    more = share[patch] - share[line] >= TAKES_MORE
-    return _Edge(facts, more, beside[patch] <= (1.0 - RELIEVES) * beside[line])
+    more_load = share[patch] - share[line] >= TAKES_MORE
+    return _Edge(facts, more_load, beside[patch] <= (1.0 - RELIEVES) * beside[line])
 
 
 def _edge_takes_load(results: TwoResults) -> str:
-    """Whether `patch` lets the edge take more load, from the numbers."""
+    """Sentence on whether the edge carries more load in `patch`."""
     edge = _edge(results)
     if edge is None:
         return ""
-    if edge.takes_more and edge.relieves:
-        return edge.facts + "`patch` lets the edge take more load and relieves the slices beside it."
-    if edge.takes_more:
-        return edge.facts + "`patch` lets the edge take more load, but does not relieve what lies beside it."
+    if edge.more_load and edge.relieves:
+        return edge.facts + "in `patch` the edge carries more load and relieves the slices beside it."
+    if edge.more_load:
+        return edge.facts + "in `patch` the edge carries more load, but does not relieve the slices beside it."
     if edge.relieves:
-        return edge.facts + "`patch` relieves what lies beside the edge, but the pair takes hardly more load."
-    return edge.facts + "no shift of load to the edge shows there."
+        return edge.facts + "`patch` relieves the slices beside the edge, but the pair carries hardly more load."
+    return edge.facts + "no shift of load to the edge is visible there."
 
 
 def _wear(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> list[str]:
@@ -142,26 +142,26 @@ def _wear(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> lis
         sentences += _wear_of([row for row in rows if row.body == body], body)
     border = [row for row in rows if row.border]
     edge = _edge(results) if of_fidelity and any(row.mark is Mark.DIFFER for row in border) else None
-    if edge and (edge.takes_more or edge.relieves):
+    if edge and (edge.more_load or edge.relieves):
         sentences.append(
-            "Wear follows load, which the two share differently between an edge and the flank beside it (above), and "
-            "each wear step builds on the last."
+            "Wear follows the load, which the two fidelities distribute differently between an edge and the flank "
+            "beside it (see above), and the differences accumulate over the wear steps."
         )
     return [*sentences, _engagements(rows)]
 
 
 def _wear_of(rows: list[Difference], body: str) -> list[str]:
-    """How the wear of one body compares: the greatest depths, then its maps place by place."""
-    greatest = [row for row in rows if row.place is None]
-    inside = [row for row in rows if row.place is Place.INSIDE]
+    """Sentences on the wear of one body: its greatest depths, then its maps, region by region."""
+    greatest = [row for row in rows if row.region is None]
+    inside = [row for row in rows if row.region is Region.INSIDE]
     sentences = [f"Greatest depths of the {body} {_agreement(greatest)}."] if greatest else []
     if inside:
         sentences.append(f"Away from borders the maps of the {body} {_agreement(inside)} of the greatest wear.")
     for mark, verb in ((Mark.DIFFER, "differ"), (Mark.AGREE, "agree")):
         parts = [
-            f"{row.place.value} ({row.text.split(' of ')[0]})"
+            f"{row.region.value} ({row.text.split(' of ')[0]})"
             for row in rows
-            if row.border and row.place and row.mark is mark
+            if row.border and row.region and row.mark is mark
         ]
         if parts:
             sentences.append(f"They {verb} {', '.join(parts)}.")
@@ -169,7 +169,7 @@ def _wear_of(rows: list[Difference], body: str) -> list[str]:
 
 
 def _engagements(rows: list[Difference]) -> str:
-    """That the same wear at the control point took other numbers of engagements."""
+    """Sentence on different numbers of engagements for the same wear at the control point."""
     meshes = [row for row in rows if row.units == "1"]
     control = [row for row in rows if row.where == "control point" and abs(row.size) <= _SAME_DEPTH]
     if not (meshes and control) or meshes[0].this == meshes[0].other:
@@ -200,7 +200,7 @@ def _load(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> lis
 
 
 def _peaks(results: TwoResults) -> str:
-    """Whether the greatest line load is a peak of one slice, which the slices decide."""
+    """Sentence on the greatest line load if it is a peak of one slice and so depends on their number."""
     found = []
     for name, loads in zip(results.names, results.values("engagement", "line_load", results.steps[-1]), strict=True):
         roll, face = np.unravel_index(int(loads.argmax()), loads.shape)
@@ -210,11 +210,11 @@ def _peaks(results: TwoResults) -> str:
             found.append(f"in `{name}` {figure_text(float(loads[roll, face]), 3)} N/mm beside {around} N/mm")
     if not found:
         return ""
-    return f"Worn, the greatest line load stands alone on a slice ({'; '.join(found)}), so that the slices decide it."
+    return f"Worn, the greatest line load is a peak of one slice ({'; '.join(found)}), so it depends on the slices."
 
 
 def _edge_at(row: Difference, results: TwoResults) -> str:
-    """Whether edges press where the load shares differ most."""
+    """Sentence on the pressure at edges where the load shares differ most."""
     names = ("contact_pressure_max", "contact_pressure_max_edge")
     if not all(results.have("engagement", name) for name in names):
         return ""
@@ -230,8 +230,8 @@ def _edge_at(row: Difference, results: TwoResults) -> str:
         for name in names
     )
     if edge > inside:
-        return "There an edge presses harder than the flank beside it."
-    return "There no edge presses harder than the flank beside it."
+        return "There the pressure at an edge is higher than on the flank beside it."
+    return "There the pressure at no edge is higher than on the flank beside it."
 
 
 def _root_stress(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> list[str]:
@@ -248,10 +248,10 @@ def _same_teeth(rows: list[Difference], of_fidelity: bool) -> str:
     fresh = [row for row in rows if row.when != "last"]
     worn = [row for row in rows if row.when == "last"]
     if all(row.mark is Mark.AGREE for row in rows):
-        return "Both fidelities bend the same teeth."
+        return "Both fidelities use the same tooth compliance."
     if fresh and worn and all(row.mark is Mark.AGREE for row in fresh):
-        return "Both fidelities bend the same teeth and agree unworn; the difference comes with the worn flanks."
-    return "Both fidelities bend the same teeth; the difference comes from where on them the load lies."
+        return "Both fidelities use the same tooth compliance and agree unworn; the difference arises with wear."
+    return "Both fidelities use the same tooth compliance; the difference comes from where the load acts on them."
 
 
 def _agreement(rows: list[Difference]) -> str:
@@ -267,7 +267,7 @@ def _when(row: Difference) -> str:
     return {"last": "last common step"}.get(row.when, row.when)
 
 
-_WORDS: dict[Kind, Callable[[list[Difference], TwoResults, bool], list[str]]] = {
+_SENTENCES: dict[Kind, Callable[[list[Difference], TwoResults, bool], list[str]]] = {
     Kind.PRESSURE: _pressure,
     Kind.WEAR: _wear,
     Kind.LOAD: _load,

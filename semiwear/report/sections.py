@@ -1,4 +1,4 @@
-"""Sections of a report that are numbers and text."""
+"""Sections of a report that consist of tables and text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import shown_bodies
 from semiwear.untyped import Value
 
-_STEPS_BESIDE = 7  # wear steps beside one another
+_MOST_COLUMNS = 7  # wear steps in one table
 
 _OF_GEAR = tuple(f"wear_depth_max_{zone}" for zone in ("root", "addendum", "pitch"))
 
@@ -55,12 +55,12 @@ def physics(attrs: Mapping[str, str]) -> str:
 
 
 def _text(name: str, text: str) -> str:
-    """Text as it stands, which scrolls sideways on its own."""
+    """Preformatted text that scrolls sideways by itself."""
     return element("pre", escape(text), tabindex="0", role="region", aria_label=name)
 
 
 def wear_steps(tree: xr.DataTree) -> str:
-    """Everything that `/history` holds: a row a quantity, a column a wear step."""
+    """Tables of `/history`: one row per quantity, one column per wear step."""
     if "history" not in tree.children:
         return ""
     history = tree["history"].to_dataset()
@@ -70,7 +70,7 @@ def wear_steps(tree: xr.DataTree) -> str:
         if str(name) in _OF_GEAR and "gear" not in worn:
             continue
         if str(name) == "wear_depth_max_pinion" and "wear_depth_max" in history:
-            continue  # it is there among both bodies'
+            continue  # part of wear_depth_max
         for body in history["body"].values if "body" in array.dims else ("",):
             head.append(_row_name(str(name), array, str(body)))
             columns.append((array.sel(body=body) if body else array).values)
@@ -78,22 +78,22 @@ def wear_steps(tree: xr.DataTree) -> str:
         f"<p>{NONE} {escape(name.replace('_', ' '))}: {escape(why)}.</p>"
         for name, why in missing_notes(history).items()
     )
-    return "".join(_steps(head, columns, first) for first in range(0, len(columns[0]), _STEPS_BESIDE)) + notes
+    return "".join(_steps(head, columns, first) for first in range(0, len(columns[0]), _MOST_COLUMNS)) + notes
 
 
 def _steps(head: list[str], columns: list[np.ndarray], first: int) -> str:
-    """Table of a few wear steps, a column each: none is too wide for paper."""
-    last = min(first + _STEPS_BESIDE, len(columns[0])) - 1
-    told = [[figure_text(value) for value in column[first : last + 1]] for column in columns]
-    rows = [[name, *values] for name, values in zip(head[1:], told[1:], strict=True)]
+    """Table of a few wear steps, one column each, that fits on paper."""
+    last = min(first + _MOST_COLUMNS, len(columns[0])) - 1
+    texts = [[figure_text(value) for value in column[first : last + 1]] for column in columns]
+    rows = [[name, *values] for name, values in zip(head[1:], texts[1:], strict=True)]
     steps = f"{first} to {last}" if last > first else str(first)
-    return table(f"Every wear step: {steps}", ("wear step", *told[0]), rows)
+    return table(f"Every wear step: {steps}", ("wear step", *texts[0]), rows)
 
 
 def _row_name(name: str, array: xr.DataArray, body: str) -> str:
-    words = name.replace("_", " ") + (f" {body}" if body else " gear" if name in _OF_GEAR else "")
+    title = name.replace("_", " ") + (f" {body}" if body else " gear" if name in _OF_GEAR else "")
     units = unit_text(array.attrs["units"])
-    return f"{words} ({units})" if units else words
+    return f"{title} ({units})" if units else title
 
 
 def _head(name: str, array: xr.DataArray) -> str:
@@ -116,7 +116,7 @@ def diagnostics(tree: xr.DataTree) -> str:
     if "seconds" in found:
         stages = zip(found["stage"].values, found["seconds"].values, strict=True)
         seconds = [(str(stage), f"{float(spent):.2f}") for stage, spent in stages]
-        seconds.append(("together", f"{float(found['seconds'].sum()):.2f}"))
+        seconds.append(("total", f"{float(found['seconds'].sum()):.2f}"))
         parts.append(table("Time", ("stage", "s"), seconds))
     if "error_estimate" in found:
         errors = zip(found["quantity"].values, found["error_estimate"].values, strict=True)
@@ -126,9 +126,9 @@ def diagnostics(tree: xr.DataTree) -> str:
 
 
 def references(tree: xr.DataTree) -> str:
-    """Published sources of the physics that ran, then those of the quantities; each work once, as fully as known.
+    """Published sources of the physics that ran, then those of the quantities; each work once, in its longest form.
 
-    What only says how well a result was computed has no part in them.
+    Quantities of the diagnostics are not included.
     """
     ran = [line.strip() for line in tree.attrs.get("references", "").splitlines() if line.strip()]
     quantities: list[str] = []
@@ -146,7 +146,7 @@ def references(tree: xr.DataTree) -> str:
 
 
 def _work(line: str) -> str:
-    """Name of a work: the number of a standard, else authors and year."""
+    """Key of a work: the number of a standard, otherwise authors and year."""
     named = re.match(r"ISO\S* [\d-]+|.*?\b(1[6-9]|20)\d\d\b", line)
     return named[0] if named else line
 

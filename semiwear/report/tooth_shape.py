@@ -1,4 +1,4 @@
-"""The shape of a tooth in space, on the grid of a result: what is drawn below a worn flank."""
+"""Shape of a tooth in space on the flank grid of a result, for the picture of a worn flank."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from semiwear.plot.flank import on_flank
 from semiwear.scene import Placement, Scene, parse_scene
 
 _FILLET_POINTS = 8
-_SLAB = 0.4  # of the flank's height: how thick a tooth is drawn whose shape is not known
+_SLAB = 0.4  # of the flank's height: thickness drawn for a tooth of unknown shape
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,14 @@ class ToothShape:
     back : (profile, face, 3) array [mm]
         The other flank.
     fillet, back_fillet : (k, face, 3) arrays [mm]
-        From the ends of both flanks down to the root; empty where they are not known.
+        From the ends of both flanks down to the root; empty if they are unknown.
     line : (roll, face) array or None
-        Row of the grid, with a fraction, in which the unworn contact line crosses each station.
+        Fractional row of the grid in which the unworn contact line crosses each station.
     hertz : (roll, face) array or None
         Pressure of the unworn line contact over the square root of its line load [MPa/(N/mm)^0.5]:
         sqrt(E*/(pi R)) (Johnson 1985, eq. 4.45). In slices of the driven flank, like the loads of a result.
     passed : PassedStations or None
-        Stations of the driving flank among those slices; None of the driven flank, where they are the same.
+        Stations of the driving flank among those slices; None for the driven flank, which has the same ones.
     """
 
     flank: FloatArray
@@ -56,7 +56,7 @@ class ToothShape:
     passed: PassedStations | None = None
 
     def at_stations(self, values: FloatArray) -> FloatArray:
-        """Values of slices of the driven flank, (..., roll, face), at this flank's stations; 0 beside the contact."""
+        """Values of slices of the driven flank, (..., roll, face), at this flank's stations; 0 outside contact."""
         if self.passed is None:
             return values
         rows = values.reshape(-1, *values.shape[-2:])
@@ -65,7 +65,7 @@ class ToothShape:
 
 
 def tooth_shape(tree: xr.DataTree, body: str) -> ToothShape:
-    """The tooth of a body from the gear pair of the result's scene; a slab where the scene cannot be read."""
+    """The tooth of a body from the gear pair of the result's scene; a slab if the scene cannot be read."""
     try:
         scene = parse_scene(str(tree.attrs.get("scene_toml", "")))
         return _in_space(tree, scene, BODIES.index(body))
@@ -74,21 +74,21 @@ def tooth_shape(tree: xr.DataTree, body: str) -> ToothShape:
 
 
 def _slab(tree: xr.DataTree, body: str) -> ToothShape:
-    """The flank laid flat on a slab."""
+    """The flank as a plane on a slab."""
     along, height, _ = on_flank(tree, body, 0)
     flank = np.stack([along, np.zeros_like(along), height], axis=-1)
     flank -= flank.mean(axis=(0, 1))
     normal = np.broadcast_to([0.0, 1.0, 0.0], flank.shape)
-    nothing = np.zeros((0, *flank.shape[1:]))
-    return ToothShape(flank, normal, flank - _SLAB * float(np.ptp(height)) * normal, nothing, nothing, None)
+    no_fillet = np.zeros((0, *flank.shape[1:]))
+    return ToothShape(flank, normal, flank - _SLAB * float(np.ptp(height)) * normal, no_fillet, no_fillet, None)
 
 
 def _in_space(tree: xr.DataTree, scene: Scene, index: int) -> ToothShape:
     table, _ = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
     pair = flank_pair(table, Placement())
-    told = tree["flank"].to_dataset().isel(body=index)
-    stations = np.asarray(told["face"].values, float)
-    nodes = nodes_on(pair, index, stations, told["flank_height"].transpose("face", "profile").values)
+    grid = tree["flank"].to_dataset().isel(body=index)
+    stations = np.asarray(grid["face"].values, float)
+    nodes = nodes_on(pair, index, stations, grid["flank_height"].transpose("face", "profile").values)
     points, normals = (values.swapaxes(0, 1) for values in own_flank(pair, index, stations[:, None], nodes))
     prism = pair.prism_body(index)
     radius = np.hypot(points[..., 0], points[..., 1])
@@ -125,12 +125,12 @@ def _half_thickness(prism: PrismBody, stations: FloatArray, nodes: FloatArray) -
 
 
 def _fillets(prism: PrismBody, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How far the fillet lies aside of the flank's end and below it, (point, face) [mm]."""
-    share = np.linspace(0.0, 1.0, _FILLET_POINTS)
+    """Distances of the fillet from the flank's end, sideways and downwards, (point, face) [mm]."""
+    along = np.linspace(0.0, 1.0, _FILLET_POINTS)
     curves = []
     for section in prism.sections:
         own = np.linspace(0.0, 1.0, len(section.fillet))
-        curves.append(np.stack([np.interp(share, own, section.fillet[:, k] - section.fillet[0, k]) for k in (0, 1)]))
+        curves.append(np.stack([np.interp(along, own, section.fillet[:, k] - section.fillet[0, k]) for k in (0, 1)]))
     low, weight = between_stations(np.array(prism.faces), stations)
     high = np.minimum(low + 1, len(curves) - 1)
     stacked = np.stack(curves)
@@ -145,7 +145,7 @@ def _turned(points: FloatArray, angle: FloatArray) -> FloatArray:
 
 
 def _frame(points: FloatArray, normals: FloatArray, up: FloatArray) -> FloatArray:
-    """Rows: along the tooth, out of the flank, from root to tip."""
+    """Rotation matrix with rows along the tooth, out of the flank, and from root to tip."""
     height = up.mean(axis=0) / np.linalg.norm(up.mean(axis=0))
     along = np.mean(points[:, -1] - points[:, 0], axis=0)
     along -= (along @ height) * height

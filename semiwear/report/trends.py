@@ -9,17 +9,17 @@ import numpy as np
 from semiwear.report.markup import figure_text
 
 REVERSAL_SHARE = 0.05
-"""A series still rises while it stays within this share of its range of its running maximum."""
+"""Part of its range by which a rising series may lie below its running maximum."""
 
 LEVEL_SHARE = 0.25
-"""A series levels where it changes by less than this share of its range over the last third of the meshes."""
+"""A series levels if it changes by less than this part of its range over the last third of the meshes."""
 
 RULES: dict[str, str] = {
     "rises": (
         f"the last value is above the first, and no value lies below the running maximum by more than "
         f"{REVERSAL_SHARE:.0%} of the whole range"
     ),
-    "falls": "the same, upside down",
+    "falls": "the same for the negative of the values",
     "levels": (
         f"over the last third of the meshes the value changes by less than {LEVEL_SHARE:.0%} of its whole range "
         "(an even slope would change it by 33 %)"
@@ -29,7 +29,7 @@ RULES: dict[str, str] = {
 
 @dataclass(frozen=True)
 class Trend:
-    """Whether a rule holds, and in words what the series does."""
+    """Whether a rule holds, and a description of the series."""
 
     holds: bool
     text: str
@@ -51,7 +51,7 @@ def levels(meshes: np.ndarray, values: np.ndarray) -> Trend:
     before = float(np.interp(2.0 / 3.0 * meshes[-1], meshes, values))
     change = abs(float(values[-1]) - before)
     share = change / spread if spread > 0 else 0.0
-    return Trend(share < LEVEL_SHARE, f"the last third of the meshes makes {share:.0%} of its range")
+    return Trend(share < LEVEL_SHARE, f"it changes by {share:.0%} of its range over the last third of the meshes")
 
 
 def _monotone(values: np.ndarray, sign: float, reversal: str, units: str) -> Trend:

@@ -1,8 +1,8 @@
-// Draws worn teeth with plotly, from the data beside this script; see turning.py, which writes them.
+// Draws worn teeth with plotly from the data in the page, which turning.py writes.
 (async () => {
   "use strict";
   const by = id => document.getElementById(id);
-  const figure = by("turning"), view = by("turning-view"), told = JSON.parse(by("turning-told").textContent);
+  const figure = by("turning"), view = by("turning-view"), data = JSON.parse(by("turning-told").textContent);
 
   const unpacked = async id => {
     const bytes = Uint8Array.from(atob(by(id).textContent), c => c.charCodeAt(0));
@@ -20,7 +20,7 @@
     for (let k = 0; k < size; k++) values[k] = stored.low + stored.step * numbers[stored.at + k];
     return values;
   };
-  for (const body of told.bodies) {
+  for (const body of data.bodies) {
     [body.rows, body.faces] = body.flank.shape;
     body.fillets = body.fillet.shape[0];
     for (const name of ["flank", "normal", "back", "fillet", "backFillet", "wear"]) body[name] = array(body[name]);
@@ -30,7 +30,7 @@
       quantity.values = array(quantity.values);
     }
   }
-  const meshing = told.engagement;
+  const meshing = data.engagement;
   const rolls = meshing ? meshing.roll.length : 0;
   if (meshing) meshing.share = array(meshing.share);
 
@@ -42,12 +42,12 @@
   const figures = (value, digits = 3) => Number(value.toPrecision(digits)).toLocaleString("en", {useGrouping: false});
   const slider = id => by(id) ? Number(by(id).value) : 0;
   const chosen = () => {
-    const body = told.bodies[slider("turning-body")];
+    const body = data.bodies[slider("turning-body")];
     return {body, step: slider("turning-step"), roll: slider("turning-roll"),
       quantity: body.quantities[Number(by("turning-quantity").value)], factor: Number(by("turning-factor").value)};
   };
 
-  // Points (x, y, z) of the worn flank: each goes along its normal by its wear [µm], drawn `factor` times as deep.
+  // Points (x, y, z) of the worn flank: each moves along its normal by its wear [µm] times `factor`.
   const worn = ({body, step, factor}) => {
     const size = body.rows * body.faces, points = new Float32Array(3 * size);
     for (let k = 0; k < size; k++) {
@@ -88,32 +88,32 @@
     return {type: "scatter3d", mode: "lines", x, y, z, hoverinfo: "skip", showlegend: false,
       line: {dash: "dash", width: 3, color: ink()}};
   };
-  // Words that stay in front of the tooth: tip and root at the middle of the face, its ends at the corners below.
-  const words = body => {
+  // Labels in front of the tooth: tip and root at the middle of the face, its ends at the corners below.
+  const labels = body => {
     const {flank, back, fillet, rows, faces, fillets} = body, middle = Math.floor(faces / 2);
     const at = (points, r, f) => Array.from(points.subarray(3 * (r * faces + f), 3 * (r * faces + f) + 3));
     const low = f => fillets ? at(fillet, fillets - 1, f) : at(flank, 0, f);
     // seen from the flank's side, x grows to the left
     const [left, right] = low(0)[0] > low(faces - 1)[0] ? [0, faces - 1] : [faces - 1, 0];
-    const word = (text, [x, y, z], xanchor, yanchor, yshift = 0) => ({text, x, y, z, xanchor, yanchor, yshift,
+    const label = (text, [x, y, z], xanchor, yanchor, yshift = 0) => ({text, x, y, z, xanchor, yanchor, yshift,
       showarrow: false, font: {color: ink(), size: 13}, bgcolor: dark() ? "#18212bc0" : "#ffffffc0", borderpad: 0});
     const ends = left ? [...body.ends].reverse() : body.ends;
-    return [word("tip", at(back, rows - 1, middle), "center", "bottom"),
-      word("root", at(flank, 0, middle), "center", "top"),
-      word(ends[0], low(left), "left", "top"), word(ends[1], low(right), "right", "top", -18)];
+    return [label("tip", at(back, rows - 1, middle), "center", "bottom"),
+      label("root", at(flank, 0, middle), "center", "top"),
+      label(ends[0], low(left), "left", "top"), label(ends[1], low(right), "right", "top", -18)];
   };
-  // The contact line of the roll position where it bears, on the worn flank.
+  // The loaded part of the contact line at the roll position, on the worn flank.
   const contact = ({body, step, roll}, points) => {
     const line = {type: "scatter3d", mode: "lines", x: [], y: [], z: [], hoverinfo: "skip", showlegend: false,
       line: {width: 9, color: "#00e5ff"}};
     if (!body.line) return line;
     for (let f = 0; f < body.faces; f++) {
       const load = body.load[(step * rolls + roll) * body.faces + f];
-      const place = body.line[roll * body.faces + f], low = Math.min(Math.floor(place), body.rows - 2);
+      const row = body.line[roll * body.faces + f], low = Math.min(Math.floor(row), body.rows - 2);
       ["x", "y", "z"].forEach((name, c) => {
-        const a = 3 * (low * body.faces + f), b = a + 3 * body.faces, share = place - low;
-        const lift = 0.04 * ((1 - share) * body.normal[a + c] + share * body.normal[b + c]);
-        line[name].push(load > 0 ? (1 - share) * points[a + c] + share * points[b + c] + lift : null);
+        const a = 3 * (low * body.faces + f), b = a + 3 * body.faces, weight = row - low;
+        const lift = 0.04 * ((1 - weight) * body.normal[a + c] + weight * body.normal[b + c]);
+        line[name].push(load > 0 ? (1 - weight) * points[a + c] + weight * points[b + c] + lift : null);
       });
     }
     return line;
@@ -123,7 +123,7 @@
     const shown = quantity.steps > 1 ? step : 0;
     const values = each(body.rows, r => Array.from(
       quantity.values.subarray(shown * size + r * body.faces, shown * size + (r + 1) * body.faces)));
-    const text = values.map(some => some.map(value => `${quantity.title} ${figures(value)} ${quantity.units}`));
+    const text = values.map(row => row.map(value => `${quantity.title} ${figures(value)} ${quantity.units}`));
     return {type: "surface", ...grid(each(body.rows, r => row(points, body.faces, r))), surfacecolor: values, text,
       hoverinfo: "text", cmin: 0, cmax: quantity.greatest, lighting: {ambient: 0.85, diffuse: 0.3, specular: 0.02},
       lightposition: light,
@@ -149,23 +149,23 @@
     const sizes = body.bounds.map(([low, high]) => high - low);
     return {sizes, scale: 2.8 / Math.hypot(...sizes), middle: body.bounds.map(([low, high]) => (low + high) / 2)};
   };
-  // Pixels beside and above the tooth, for words and the scale of colours; half the angle that the eye sees upright.
-  const beside = 12, above = 34, forColours = 62, halfAngle = Math.PI / 8;
-  const tall = () => Math.max(view.clientHeight, 1), wide = () => Math.max(view.clientWidth - forColours, 1);
-  // The eye looks from one direction at every tooth, from as near as the whole of it can be seen.
+  // Margins beside and above the tooth [pixels], for labels and the colour scale; half the vertical angle of view.
+  const beside = 12, above = 34, colourScale = 62, halfAngle = Math.PI / 8;
+  const tall = () => Math.max(view.clientHeight, 1), wide = () => Math.max(view.clientWidth - colourScale, 1);
+  // Initial view: the same direction for every tooth, at the least distance at which all of it is visible.
   const home = body => {
     const {scale, middle} = scaled(body), size = Math.hypot(0.45, 1.5, 0.75);
     const [x, y, z] = [0.45 / size, 1.5 / size, 0.75 / size], flat = Math.hypot(x, y), slope = Math.tan(halfAngle);
     const upright = slope * (1 - 2 * above / tall()), across = slope * (wide() - 2 * beside) / tall();
-    let away = 0;
+    let distance = 0;
     for (const points of [body.flank, body.back, body.fillet, body.backFillet]) {
       for (let k = 0; k < points.length; k += 3) {
         const [a, b, c] = [0, 1, 2].map(n => scale * (points[k + n] - middle[n]));
-        const near = a * x + b * y + c * z, up = c * flat - (a * x + b * y) * z / flat, side = (b * x - a * y) / flat;
-        away = Math.max(away, near + Math.abs(up) / upright, near + Math.abs(side) / across);
+        const towards = a * x + b * y + c * z, up = c * flat - (a * x + b * y) * z / flat, side = (b * x - a * y) / flat;
+        distance = Math.max(distance, towards + Math.abs(up) / upright, towards + Math.abs(side) / across);
       }
     }
-    return {eye: {x: away * x, y: away * y, z: away * z}, center: {x: 0, y: 0, z: 0}, up: {x: 0, y: 0, z: 1},
+    return {eye: {x: distance * x, y: distance * y, z: distance * z}, center: {x: 0, y: 0, z: 0}, up: {x: 0, y: 0, z: 1},
       projection: {type: "perspective"}};
   };
   let camera = null;
@@ -174,48 +174,48 @@
     const axis = c => ({visible: false, showspikes: false, range: body.bounds[c]});
     return {margin: {l: 0, r: 0, t: 0, b: 0}, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink()},
       uirevision: "kept", scene: {xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "manual", camera,
-        aspectratio: {x: scale * sizes[0], y: scale * sizes[1], z: scale * sizes[2]}, annotations: words(body),
-        domain: {x: [0, wide() / (wide() + forColours)], y: [0, 1]}, dragmode: "turntable"}};
+        aspectratio: {x: scale * sizes[0], y: scale * sizes[1], z: scale * sizes[2]}, annotations: labels(body),
+        domain: {x: [0, wide() / (wide() + colourScale)], y: [0, 1]}, dragmode: "turntable"}};
   };
 
-  const say = now => {
+  const describe = now => {
     const {body, step, quantity, factor, roll} = now, size = body.rows * body.faces;
     const deepest = body.wear.subarray(step * size, (step + 1) * size).reduce((a, b) => Math.max(a, b), 0);
-    const drawn = factor === 1 ? "drawn as deep as it is" : `drawn ${factor} times as deep as it is`;
-    by("turning-when").textContent = told.steps[step];
-    const what = quantity.note ? ` Colours: ${quantity.note}.` : "";
+    const drawn = factor === 1 ? "drawn to scale" : `drawn ${factor} times as deep as it is`;
+    by("turning-when").textContent = data.steps[step];
+    const note = quantity.note ? ` Colours: ${quantity.note}.` : "";
     by("turning-told-aloud").textContent =
-      `${body.name[0].toUpperCase()}${body.name.slice(1)}, ${told.steps[step]}: greatest wear ${figures(deepest)} µm, ${drawn}.${what}`;
+      `${body.name[0].toUpperCase()}${body.name.slice(1)}, ${data.steps[step]}: greatest wear ${figures(deepest)} µm, ${drawn}.${note}`;
     if (!by("turning-roll")) return;
     const share = Math.round(100 * meshing.share[step * rolls + roll]);
-    by("turning-where").textContent = `${meshing.roll[roll]}: the tooth bears ${share} % of the load`;
+    by("turning-where").textContent = `${meshing.roll[roll]}: the tooth carries ${share} % of the load`;
   };
   const draw = () => {
     const now = chosen(), points = worn(now);
-    say(now);
+    describe(now);
     return Plotly.react(view, [surface(now, points), ...rest(now.body, points), edge(now.body), contact(now, points)], layout(now.body), {displayModeBar: false, responsive: true});
   };
   const options = (id, texts, at) => by(id).replaceChildren(...texts.map(([value, text], k) =>
     new Option(text, value, k === at, k === at)));
   const fill = () => {
-    const {quantities, factors} = told.bodies[slider("turning-body")];
+    const {quantities, factors} = data.bodies[slider("turning-body")];
     options("turning-quantity", quantities.map(({title}, k) => [k, title]), 0);
-    const usual = Math.max(factors.length - 2, 0);
-    options("turning-factor", factors.map(n => [n, n === 1 ? "as deep as it is" : `${n} times as deep`]), usual);
+    const initial = Math.max(factors.length - 2, 0);
+    options("turning-factor", factors.map(n => [n, n === 1 ? "to scale" : `${n} times as deep`]), initial);
   };
 
-  const turn = way => {
-    const eye = {...camera.eye}, flat = Math.hypot(eye.x, eye.y), far = Math.hypot(flat, eye.z);
-    let around = Math.atan2(eye.y, eye.x), above = Math.atan2(eye.z, flat), away = far;
+  const turn = direction => {
+    const eye = {...camera.eye}, flat = Math.hypot(eye.x, eye.y), initial = Math.hypot(flat, eye.z);
+    let around = Math.atan2(eye.y, eye.x), above = Math.atan2(eye.z, flat), distance = initial;
     const by10 = Math.PI / 18;
-    if (way === "left") around -= by10;
-    if (way === "right") around += by10;
-    if (way === "up") above = Math.min(above + by10, 1.5);
-    if (way === "down") above = Math.max(above - by10, -1.5);
-    if (way === "in") away /= 1.15;
-    if (way === "out") away *= 1.15;
-    camera = way === "home" ? home(chosen().body) : {...camera, eye: {x: away * Math.cos(above) * Math.cos(around),
-      y: away * Math.cos(above) * Math.sin(around), z: away * Math.sin(above)}};
+    if (direction === "left") around -= by10;
+    if (direction === "right") around += by10;
+    if (direction === "up") above = Math.min(above + by10, 1.5);
+    if (direction === "down") above = Math.max(above - by10, -1.5);
+    if (direction === "in") distance /= 1.15;
+    if (direction === "out") distance *= 1.15;
+    camera = direction === "home" ? home(chosen().body) : {...camera, eye: {x: distance * Math.cos(above) * Math.cos(around),
+      y: distance * Math.cos(above) * Math.sin(around), z: distance * Math.sin(above)}};
     Plotly.relayout(view, {"scene.camera": camera});
   };
   const keys = {ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down", "+": "in", "-": "out"};

@@ -1,7 +1,7 @@
 """The worn flanks as teeth that can be turned: data, controls and scripts of the view (extra ``report``).
 
 plotly draws them. Its script lies in the page, compressed, and is unpacked by the reader's browser: nothing is
-fetched. Without WebGL, without scripts and on paper the pictures that stand below the view take its place.
+fetched. Without WebGL, without scripts and on paper the pictures below the view replace it.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from semiwear.results.wearing import shown_bodies
 from semiwear.untyped import Table
 
 TURNING_EXTRA = "report"
-"""Extra that brings the library of the view."""
+"""Extra that installs the library of the view."""
 
 
-_MOST_NODES, _MOST_STEPS = 9000, 16  # of a body that is drawn, with the first and the last of each
-_COLOURS = 24  # of a scale
-_DRAWN_DEPTH = 0.15  # of the tooth's height: about how deep the greatest wear is drawn
-_ABOVE = 1.03  # of the run's pressure: by so much Hertz's law may be off away from edges
-_LOADED = 1e-6  # of the load: rounding below
+_MOST_NODES, _MOST_STEPS = 9000, 16  # drawn of a body, always with the first and the last ones
+_COLOURS = 24  # in a scale
+_DRAWN_DEPTH = 0.15  # of the tooth's height: about the drawn depth of the greatest wear
+_INSIDE = 1.03  # greatest ratio of Hertzian pressure to that of the run away from edges
+_LOADED = 1e-6  # least load share of a loaded pair; below is rounding
 
-_BY_PATTERN = "greatest pressure on each point in a mesh"
+_BY_PATTERN = "greatest pressure at each point in a mesh"
 _BY_LINES = (
-    "the greatest pressure of each roll position away from edges, spread along its contact line as Hertz's law does "
-    "with the load there and the curvature of the unworn flanks"
+    "the greatest pressure of each roll position away from edges, distributed along its contact line by Hertz's law "
+    "from the line load and the curvature of the unworn flanks"
 )
 
 
@@ -75,21 +75,21 @@ def _script() -> str:
 
 
 def turning_flanks(tree: xr.DataTree) -> str:
-    """The view of the worn flanks of a result, as HTML; empty where there is no wear or no library.
+    """The view of the worn flanks of a result, as HTML; empty without wear or without the library.
 
     Parameters
     ----------
     tree : DataTree
-        With `/flank`, and two wear steps at least.
+        With `/flank` and at least two wear steps.
     """
     steps = group_of(tree, "flank").sizes.get("wear_step", 1)
     if steps < 2 or not can_turn():
         return ""
     pack = Packer()
-    told = _told(tree, pack)
-    header = json.dumps(told, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    view = _view(tree, pack)
+    header = json.dumps(view, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
-        f"{_controls(told)}"
+        f"{_controls(view)}"
         f'<script type="application/json" id="turning-told">{header}</script>'
         f'<script type="text/plain" id="turning-data">{pack.base64()}</script>'
         f'<script type="text/plain" id="turning-library">{_packed_library()}</script>'
@@ -97,8 +97,8 @@ def turning_flanks(tree: xr.DataTree) -> str:
     )
 
 
-def _told(tree: xr.DataTree, pack: Packer) -> Table:
-    """Words and numbers for the script as they are, arrays as places in the packed data."""
+def _view(tree: xr.DataTree, pack: Packer) -> Table:
+    """Data of the view for the script: texts and numbers, and descriptions of the packed arrays."""
     wear = need(tree, "flank", "wear_depth")
     steps = np.unique(np.linspace(0, wear.sizes["wear_step"] - 1, _MOST_STEPS).round().astype(int))
     bodies = shown_bodies(tree)
@@ -119,7 +119,7 @@ def _body(tree: xr.DataTree, body: str, steps: IntArray, pack: Packer) -> Table:
         chosen = pressure[steps][:, rows][:, :, columns]
         colours.append(_quantity("pressure", "Contact pressure", "MPa", "viridis", chosen, pack) | {"note": meaning})
     sliding = np.abs(flank["specific_sliding"].values)[None, rows][:, :, columns]
-    note = "size of the specific sliding, of the unworn flanks"
+    note = "absolute specific sliding of the unworn flanks"
     colours.append(_quantity("sliding", "Specific sliding", "", "cividis", sliding, pack) | {"note": note})
     along, name = along_tooth(tree, body)
     ends = [f"{name} {figure_text(float(along.values[:, k].mean()), 3)} mm" for k in (0, -1)]
@@ -164,17 +164,17 @@ def _quantity(name: str, title: str, units: str, colours: str, values: FloatArra
 
 
 def _factors(height: float, deepest: float) -> list[int]:
-    """How many times deeper wear may be drawn than it is; the last but one is drawn at first."""
+    """Factors by which the drawn wear can be enlarged; the last but one is the initial one."""
     if deepest <= 0.0:
         return [1]
-    wanted = max(_DRAWN_DEPTH * height / deepest, 1.0)
-    power = 10 ** int(np.floor(np.log10(wanted)))
-    usual = max(digit * power for digit in (1, 2, 5) if digit * power <= wanted)
-    return sorted({1, max(usual // 2, 1), usual, 2 * usual})
+    ratio = max(_DRAWN_DEPTH * height / deepest, 1.0)
+    power = 10 ** int(np.floor(np.log10(ratio)))
+    initial = max(digit * power for digit in (1, 2, 5) if digit * power <= ratio)
+    return sorted({1, max(initial // 2, 1), initial, 2 * initial})
 
 
 def _pressure(tree: xr.DataTree, body: str, shape: ToothShape) -> tuple[FloatArray | None, str]:
-    """Greatest pressure on the points of a flank in a mesh, (wear_step, profile, face) [MPa], and what it is."""
+    """Greatest pressure at the points of a flank in a mesh, (wear_step, profile, face) [MPa], and its origin."""
     flank, engagement = group_of(tree, "flank"), group_of(tree, "engagement")
     if body == "gear" and "contact_pattern" in flank:
         return np.asarray(flank["contact_pattern"].values, float), _BY_PATTERN
@@ -201,17 +201,18 @@ def _along_lines(greatest: FloatArray, hertz: FloatArray) -> FloatArray:
     Parameters
     ----------
     greatest : (wear_step, roll) array [MPa]
-        What the run found away from edges; 0 where edges alone bear.
+        Pressure of the run away from edges; 0 where only edges carry load.
     hertz : (wear_step, roll, face) array [MPa]
-        By the line loads of the run and the curvature of unworn flanks.
+        Pressure from the line loads of the run and the curvature of the unworn flanks.
 
     Returns
     -------
     array
-        `hertz` in the ratio in which the run's pressure stands to it where it is greatest, and no more than that:
-        slices that Hertz's law has above the run's pressure when unworn are those at the ends, which are edges.
+        `hertz` scaled so that its greatest value at each roll position is the pressure of the run, which is also the
+        upper limit. Slices whose Hertzian pressure on unworn flanks is above that of the run lie at the ends, which
+        are edges; they do not enter the scale.
     """
-    inside = (hertz[0] <= _ABOVE * greatest[0][:, None]) | (greatest[0] == 0.0)[:, None]
+    inside = (hertz[0] <= _INSIDE * greatest[0][:, None]) | (greatest[0] == 0.0)[:, None]
     highest = np.max(hertz, axis=-1, where=inside, initial=0.0)
     ratio = np.divide(greatest, highest, out=np.zeros_like(greatest), where=highest > 0.0)
     return np.asarray(np.minimum(ratio[..., None] * hertz, greatest[..., None]))
@@ -222,27 +223,27 @@ def _loaded_rolls(tree: xr.DataTree) -> IntArray:
     return np.flatnonzero((share > _LOADED).any(axis=0))
 
 
-def _tells_loads(tree: xr.DataTree) -> bool:
+def _has_loads(tree: xr.DataTree) -> bool:
     engagement = group_of(tree, "engagement")
     return "line_load" in engagement and "load_share" in engagement and bool(_loaded_rolls(tree).size)
 
 
 def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: IntArray) -> FloatArray | None:
-    """Rows, counted among those that are drawn, of the contact lines of loaded roll positions, (roll, face)."""
-    if line is None or not _tells_loads(tree):
+    """Fractional rows, among the drawn ones, of the contact lines of loaded roll positions, (roll, face)."""
+    if line is None or not _has_loads(tree):
         return None
     return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
 
 
 def _loads(tree: xr.DataTree, shape: ToothShape, steps: IntArray) -> FloatArray:
-    """Line loads of the roll positions that bear, at a flank's stations, (wear_step, roll, face) [N/mm]."""
+    """Line loads of the loaded roll positions at a flank's stations, (wear_step, roll, face) [N/mm]."""
     load = np.asarray(group_of(tree, "engagement")["line_load"].values[steps], float)
     return shape.at_stations(load)[:, _loaded_rolls(tree)]
 
 
 def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | None:
-    """Load share of the roll positions that bear; None where the result has none."""
-    if not _tells_loads(tree):
+    """Load share of the loaded roll positions; None without line loads."""
+    if not _has_loads(tree):
         return None
     engagement, rolls = group_of(tree, "engagement"), _loaded_rolls(tree)
     return {
@@ -251,20 +252,20 @@ def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | Non
     }
 
 
-def _controls(told: Table) -> str:
+def _controls(view: Table) -> str:
     """The view with its controls; hidden until the script has drawn it."""
-    last = len(told["steps"]) - 1
-    bodies = "".join(_option(k, body["name"]) for k, body in enumerate(told["bodies"]))
+    last = len(view["steps"]) - 1
+    bodies = "".join(_option(k, body["name"]) for k, body in enumerate(view["bodies"]))
     parts = [
-        _labelled("Flank of", element("select", bodies, id="turning-body")) if len(told["bodies"]) > 1 else "",
+        _labelled("Flank of", element("select", bodies, id="turning-body")) if len(view["bodies"]) > 1 else "",
         _labelled("Colours", element("select", "", id="turning-quantity")),
         _labelled("Wear drawn", element("select", "", id="turning-factor")),
         _labelled(
             "Wear step", f'<input type="range" id="turning-step" min="0" max="{last}" value="{last}">', "turning-when"
         ),
     ]
-    if told["engagement"] is not None and any(body["line"] for body in told["bodies"]):
-        most = len(told["engagement"]["roll"]) - 1
+    if view["engagement"] is not None and any(body["line"] for body in view["bodies"]):
+        most = len(view["engagement"]["roll"]) - 1
         rolls = f'<input type="range" id="turning-roll" min="0" max="{most}" value="{most // 2}">'
         parts.append(_labelled("Roll position", rolls, "turning-where"))
     turns = "".join(
@@ -276,7 +277,7 @@ def _controls(told: Table) -> str:
             ("down", "Turn down", "↓"),
             ("in", "Nearer", "+"),
             ("out", "Farther", "−"),
-            ("home", "As at first", "⟲"),
+            ("home", "Initial view", "⟲"),
         )
     )
     return (
@@ -287,8 +288,8 @@ def _controls(told: Table) -> str:
         f'<div class="controls">{"".join(parts)}</div>'
         '<figcaption><p id="turning-told-aloud" role="status"></p>'
         '<p id="turning-help">Drag to turn, or use the arrow keys, + and − while the picture has the focus. Dashed: '
-        "edges of the unworn flank. Bright: where the contact line bears at the roll position, in base pitches from "
-        "the pitch point.</p></figcaption></figure>"
+        "edges of the unworn flank. Bright: the loaded part of the contact line. Roll positions are in base pitches "
+        "from the pitch point.</p></figcaption></figure>"
     )
 
 
@@ -297,5 +298,5 @@ def _option(value: int, text: str) -> str:
 
 
 def _labelled(text: str, control: str, output: str = "") -> str:
-    told = f'<output id="{output}"></output>' if output else ""
-    return f"<label><span>{text}</span>{control}{told}</label>"
+    shown = f'<output id="{output}"></output>' if output else ""
+    return f"<label><span>{text}</span>{control}{shown}</label>"

@@ -1,4 +1,4 @@
-"""A result beside the published study that its scene names: one line, and behind it every statement."""
+"""Comparison with the published study that a scene names: a summary, and behind it every statement."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from itertools import groupby
 
 from semiwear.references import stated_names
 from semiwear.report.comparison import Compared, Comparison, Verdict, compare
+from semiwear.report.contents import ReportData
 from semiwear.report.markup import badge, counts, element, verdict_class
 from semiwear.report.pictures import PICTURES
-from semiwear.report.told import Told
 from semiwear.report.trends import RULES
 from semiwear.results.wearing import pitch_name
 
 _WORDS = {Verdict.AGREE: "agree", Verdict.DISAGREE: "disagree", Verdict.NOT_COMPARED: "could not be compared"}
 
 
-def verdicts_section(told: Told) -> str:
+def verdicts_section(data: ReportData) -> str:
     """Statements of the study, folded away behind their count; empty where the scene names none."""
-    reference = told.scene.get("reference")
+    reference = data.scene.get("reference")
     if reference not in stated_names():
         return ""
-    found = compare(reference, told.tree, told.scene)
+    found = compare(reference, data.tree, data.scene)
     summary = f"{_counted(found)} Every statement, with its rule and this result's values"
-    return f"<details><summary>{escape(summary)}</summary>{_rules(found)}{_statements(told, found)}</details>"
+    return f"<details><summary>{escape(summary)}</summary>{_rules(found)}{_statements(data, found)}</details>"
 
 
 def _counted(found: Comparison) -> str:
@@ -39,7 +39,7 @@ def _rules(found: Comparison) -> str:
     return f"<p>Each verdict is computed from this result by the rule beside it.</p>{badges}<dl>{rules}</dl>"
 
 
-def _statements(told: Told, found: Comparison) -> str:
+def _statements(data: ReportData, found: Comparison) -> str:
     titles = {picture.name: picture.title for picture in PICTURES}
     order = [picture.name for picture in PICTURES]
     by_picture = groupby(
@@ -47,7 +47,7 @@ def _statements(told: Told, found: Comparison) -> str:
     )
     parts = []
     for name, entries in by_picture:
-        title = titles[name].format(body="gear", pitch=pitch_name(told.tree))
+        title = titles[name].format(body="gear", pitch=pitch_name(data.tree))
         parts.append(f"<h3>To the picture “{escape(title)}”</h3>" + "".join(map(_comparison, entries)))
     return element("div", "".join(parts), class_="paper")
 

@@ -1,4 +1,4 @@
-"""HTML documents that need nothing but themselves, written whole or not at all."""
+"""Self-contained HTML documents, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from semiwear.targets import PAGES, file_target, replacing
 
 
 def page_target(path: str | os.PathLike[str]) -> Path:
-    """Where to write a page.
+    """Path of a page that is to be written.
 
     Raises
     ------
     SceneError
-        The name is no HTML file's.
+        The name is not that of an HTML file.
     FileNotFoundError
-        There is no such folder.
+        The folder does not exist.
     """
     target = file_target("path", path, PAGES)
     if not target.parent.is_dir():
@@ -29,9 +29,9 @@ def page_target(path: str | os.PathLike[str]) -> Path:
 
 
 def document(title: str, body: str, scripts: Sequence[str] = ()) -> str:
-    """An HTML document in the style of the reports, that loads nothing; `title` is text, `body` HTML.
+    """An HTML document in the style of the reports that loads no other file; `title` is text, `body` HTML.
 
-    No script runs but those of the given hashes.
+    Only scripts with the given hashes run.
     """
     style = resources.files("semiwear.report").joinpath("page.css").read_text(encoding="utf-8")
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -47,7 +47,7 @@ def document(title: str, body: str, scripts: Sequence[str] = ()) -> str:
 
 def page_of(
     title: str,
-    told: str,
+    subtitle: str,
     sections: Iterable[tuple[str, str]],
     attrs: Mapping[str, object],
     scripts: Sequence[str] = (),
@@ -56,41 +56,41 @@ def page_of(
 
     Parameters
     ----------
-    title, told : str
+    title, subtitle : str
         Text of the header.
     sections : iterable of (str, str)
         Headings and HTML; those without HTML are left out.
     attrs : mapping
-        With `source` and `scene_sha256`, as a result has them.
+        With `source` and `scene_sha256`, as in a result.
     scripts : sequence of str, optional
         Hashes of the scripts that may run.
     """
-    found = [(escape(heading), _place(heading), html) for heading, html in sections if html]
-    links = "".join(f'<li><a href="#{place}">{heading}</a></li>' for heading, place, _ in found)
-    body = "".join(f'<section id="{place}"><h2>{heading}</h2>{html}</section>\n' for heading, place, html in found)
+    filled = [(escape(heading), _anchor(heading), html) for heading, html in sections if html]
+    links = "".join(f'<li><a href="#{anchor}">{heading}</a></li>' for heading, anchor, _ in filled)
+    body = "".join(f'<section id="{anchor}"><h2>{heading}</h2>{html}</section>\n' for heading, anchor, html in filled)
     source, digest = (
         escape(str(attrs.get(name, other))) for name, other in (("source", "semiwear"), ("scene_sha256", ""))
     )
     return document(
         title,
-        f"<header><h1>{escape(title)}</h1><p>{escape(told)}</p></header>"
+        f"<header><h1>{escape(title)}</h1><p>{escape(subtitle)}</p></header>"
         f'<nav aria-label="Contents"><ul>{links}</ul></nav><main>{body}</main>'
         f"<footer><p>{source}; scene SHA-256 <code>{digest}</code></p></footer>",
         scripts,
     )
 
 
-def _place(heading: str) -> str:
+def _anchor(heading: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
 
 
 def write_page(target: Path, page: str) -> None:
-    """Write a page; what was there is replaced once the whole is written.
+    """Write a page; an existing file is replaced once the new one is complete.
 
     Raises
     ------
     OSError
-        It cannot be written.
+        The file cannot be written.
     """
     with replacing(target) as temporary:
         temporary.write_text(page, encoding="utf-8")

@@ -7,7 +7,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear import cli, plot
 from semiwear.errors import SemiwearError
-from semiwear.plot.flank_places import Place, flank_places
+from semiwear.plot.flank_regions import Region, flank_regions
 from semiwear.plot.two_results import TwoResults
 from semiwear.report import fidelities, write_report
 from semiwear.report import page as report_page
@@ -161,10 +161,10 @@ def test_load_shares_on_other_roll_positions_are_interpolated(line):
 
 
 @pytest.mark.parametrize("body", ["pinion", "gear"])
-@pytest.mark.parametrize("place", list(Place))
-def test_wear_is_compared_place_by_place(line, patch, place, body):
+@pytest.mark.parametrize("region", list(Region))
+def test_wear_is_compared_region_by_region(line, patch, region, body):
     k = ("pinion", "gear").index(body)
-    points = flank_places(TwoResults.of(line, patch), body).of[place]
+    points = flank_regions(TwoResults.of(line, patch), body).points[region]
     greatest = float(line["flank"]["wear_depth"].values[-1, k].max())
     at = tuple(np.argwhere(points)[len(np.argwhere(points)) // 2])
 
@@ -174,19 +174,19 @@ def test_wear_is_compared_place_by_place(line, patch, place, body):
 
     rows = rows_of(line, changed(patch, "flank/wear_depth", dig))
     compared = [row for row in rows if row.quantity.startswith("wear depth where it differs most")]
-    assert len(compared) == 2 * len(Place)
+    assert len(compared) == 2 * len(Region)
     for row in compared:
-        assert row.mark is (Mark.DIFFER if (row.place, row.body) == (place, body) else Mark.AGREE)
-        assert row.border is (row.place is not Place.INSIDE)
+        assert row.mark is (Mark.DIFFER if (row.region, row.body) == (region, body) else Mark.AGREE)
+        assert row.border is (row.region is not Region.INSIDE)
 
 
-def test_places_cover_the_flank_once(line, patch):
-    places = flank_places(TwoResults.of(line, patch))
-    assert (sum(points.astype(int) for points in places.of.values()) == 1).all()
+def test_regions_cover_the_flank_once(line, patch):
+    regions = flank_regions(TwoResults.of(line, patch))
+    assert (sum(points.astype(int) for points in regions.points.values()) == 1).all()
     height = line["flank"]["flank_height"].values[1]
-    assert places.of[Place.TIP][height[:, 5] > height[:, 5].max() - 0.99 * places.width, 5].all()
-    assert not places.of[Place.TIP][height[:, 5] < height[:, 5].max() - 1.01 * places.width, 5].any()
-    assert places.of[Place.FACE_ENDS][20, [0, -1]].all() and places.of[Place.CORNERS][0, 0]
+    assert regions.points[Region.TIP][height[:, 5] > height[:, 5].max() - 0.99 * regions.width, 5].all()
+    assert not regions.points[Region.TIP][height[:, 5] < height[:, 5].max() - 1.01 * regions.width, 5].any()
+    assert regions.points[Region.FACE_ENDS][20, [0, -1]].all() and regions.points[Region.CORNERS][0, 0]
 
 
 def test_equal_states_are_found_by_depth_or_by_meshes(line):
@@ -213,13 +213,13 @@ def test_reasons_say_what_the_numbers_say(line, patch):
     assert "differ" not in words(line, near, Kind.PRESSURE)
     worn = changed(patch, "history/contact_pressure_root", lambda v: v * np.array([1.0, 1.0, 1.2]))
     text = words(line, worn, Kind.PRESSURE)
-    assert "differ by up to 16.7 % (1 of 8 values differ)" in text and "begin alike" in text
+    assert "differ by up to 16.7 % (1 of 8 values differ)" in text and "agree unworn: the difference arises" in text
     fresh = changed(patch, "history/contact_pressure_root", lambda v: v * np.array([1.2, 1.0, 1.0]))
     assert "before any wear" in words(line, fresh, Kind.PRESSURE)
     bent = changed(patch, "engagement/root_stress", lambda v: v * np.array([1.0, 1.0, 1.1])[:, None, None])
     assert "agree unworn" in words(line, bent, Kind.ROOT_STRESS)
     bent = changed(patch, "engagement/root_stress", lambda v: 1.1 * v)
-    assert "where on them the load lies" in words(line, bent, Kind.ROOT_STRESS)
+    assert "where the load acts on them" in words(line, bent, Kind.ROOT_STRESS)
 
 
 @pytest.mark.parametrize("more", [0.9, 1.1])
@@ -229,7 +229,7 @@ def test_an_edge_takes_load_only_where_the_numbers_show_it(line, patch, more, le
     other = changed(patch, "engagement/load_share", lambda v: v + more * TAKES_MORE)
     other = changed(other, "engagement/contact_pressure_max", lambda v: (1.0 - less * RELIEVES) * v)
     text = words(*((other, line) if patch_first else (line, other)), Kind.PRESSURE)
-    assert ("lets the edge take more load" in text) is (more > 1)
+    assert ("the edge carries more load" in text) is (more > 1)
     assert ("relieves" in text) is (less > 1) or "does not relieve" in text
     assert ("no shift of load" in text) is (more < 1 and less < 1)
 
@@ -240,9 +240,9 @@ def test_a_peak_of_one_slice_is_named(line, patch):
         return values
 
     smooth = changed(patch, "engagement/line_load", lambda v: 1.5 * v)
-    assert "stands alone" not in words(line, smooth, Kind.LOAD)
+    assert "a peak of one slice" not in words(line, smooth, Kind.LOAD)
     text = words(line, changed(patch, "engagement/line_load", peak), Kind.LOAD)
-    assert "stands alone on a slice (in `patch`" in text
+    assert "is a peak of one slice (in `patch`" in text
 
 
 def test_no_reason_is_given_by_fidelity_where_the_scenes_differ_otherwise(line, patch):
@@ -252,7 +252,7 @@ def test_no_reason_is_given_by_fidelity_where_the_scenes_differ_otherwise(line, 
         words(line, pressed, Kind.PRESSURE, alike=False),
         words(line, changed(line, "engagement/contact_pressure_max_edge", lambda v: 0.5 * v), Kind.PRESSURE),
     ):
-        assert "Hertz" not in text and "look for the reason there" in text
+        assert "Hertz" not in text and "look for the reason in the scenes" in text
 
 
 def test_other_engagements_for_the_same_depth_are_told(line, patch):
@@ -329,7 +329,7 @@ def test_missing_variables_are_not_compared(line, patch, group, name, kind, unse
 
 def test_without_line_loads_the_borders_have_no_width(line, patch):
     rows = rows_of(without(line, "engagement", "line_load"), without(patch, "engagement", "line_load"))
-    assert {row.place for row in rows if row.mark is Mark.NOT_COMPARED} == set(Place)
+    assert {row.region for row in rows if row.mark is Mark.NOT_COMPARED} == set(Region)
     assert not [row for row in rows if row.quantity == "greatest line load"]
 
 
@@ -361,7 +361,7 @@ def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patc
     ],
 )
 def test_other_flank_grids_are_refused(tmp_path, line, sizes, said, monkeypatch):
-    monkeypatch.setattr(report_page, "written", None)  # before a section is made
+    monkeypatch.setattr(report_page, "filled_sections", None)  # before a section is made
     with pytest.raises(SemiwearError, match=re.escape(said)):
         write_report(line, tmp_path / "r.html", result("patch", **sizes))
     assert not list(tmp_path.iterdir())
@@ -402,8 +402,8 @@ def test_both_fidelities_of_a_real_scene(real, tmp_path, unseen):
     assert unworn and {row.mark for row in unworn} == {Mark.AGREE}
     (edge,) = [row for row in rows if row.kind is Kind.PRESSURE and row.border and row.when == "unworn"]
     assert edge.mark is Mark.DIFFER and edge.this > edge.other
-    places = flank_places(TwoResults.of(real["line"], real["patch"]))
-    assert places.width == pytest.approx(1.05, rel=0.08)
+    regions = flank_regions(TwoResults.of(real["line"], real["patch"]))
+    assert regions.width == pytest.approx(1.05, rel=0.08)
     text = section(write_report(real["patch"], tmp_path / "r.html", real["line"]))
     assert "<code>numerics.fidelity</code> only" in text and text.count("<img") == 2
 

@@ -126,7 +126,7 @@ def test_the_tooth_turns(shown, way):
     else:
         shown.get_by_role("button", name="Turn right").click()
     assert changed_share(before, pixels(shown)) > 0.02
-    shown.get_by_role("button", name="As at first").click()
+    shown.get_by_role("button", name="Initial view").click()
     assert changed_share(before, pixels(shown)) < 0.01
 
 
@@ -137,7 +137,7 @@ def test_words_follow_the_sliders(shown):
     assert "unworn: greatest wear 0 µm" in shown.locator("#turning-told-aloud").inner_text()
     put(shown, "#turning-step", 2)
     assert greatest > 1.0 and shown.locator("#turning-told-aloud").inner_text() == said
-    assert re.search(r"bears \d+ % of the load", shown.locator("#turning-where").inner_text())
+    assert re.search(r"carries \d+ % of the load", shown.locator("#turning-where").inner_text())
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -172,7 +172,7 @@ def test_nothing_lies_beside_the_page(shown, width):
 def test_the_whole_tooth_and_its_words_are_seen(shown, width):
     shown.set_viewport_size({"width": width, "height": 900})
     shown.wait_for_timeout(300)
-    shown.get_by_role("button", name="As at first").click()
+    shown.get_by_role("button", name="Initial view").click()
     picture = pixels(shown)
     words = shown.evaluate(
         """() => {
@@ -185,7 +185,7 @@ def test_the_whole_tooth_and_its_words_are_seen(shown, width):
         }"""
     )
     shown.set_viewport_size(USUAL)
-    shown.get_by_role("button", name="As at first").click()
+    shown.get_by_role("button", name="Initial view").click()
     assert len(words) == 4
     for left, right, top, bottom, wide, tall in words:
         assert 0 < left < right < wide and 0 < top < bottom < tall

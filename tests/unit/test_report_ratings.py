@@ -35,7 +35,7 @@ def test_a_result_without_ratings_has_no_section(tree):
 def test_without_a_failure_the_section_says_so():
     ratings = synthetic_tree(1, profiles=9, faces=7)["ratings"].to_dataset()
     assert first_failure_text(ratings) == (
-        "Nothing that is rated (pitting, bending) falls below its required safety within this run."
+        "None of the rated failure modes (pitting, bending) falls below its required safety within this run."
     )
 
 

@@ -135,10 +135,10 @@ def test_a_shifted_pinions_contact_lies_on_the_stretch_that_the_gear_covers():
 
 
 def test_without_loads_there_is_a_tooth_and_no_contact_line():
-    told = turning._told(bare(SPUR), Packer())
-    assert told["engagement"] is None and all(body["line"] is None for body in told["bodies"])
-    assert "turning-roll" not in turning._controls(told) and "turning-body" in turning._controls(told)
-    assert [one["name"] for one in told["bodies"][0]["quantities"]] == ["wear", "sliding"]
+    view = turning._view(bare(SPUR), Packer())
+    assert view["engagement"] is None and all(body["line"] is None for body in view["bodies"])
+    assert "turning-roll" not in turning._controls(view) and "turning-body" in turning._controls(view)
+    assert [one["name"] for one in view["bodies"][0]["quantities"]] == ["wear", "sliding"]
 
 
 @pytest.mark.parametrize("scene_toml", ["", "this is = no toml = at all", SPUR.to_toml()])

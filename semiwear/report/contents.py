@@ -1,4 +1,4 @@
-"""The material of a report and its sections."""
+"""What a report is made of: a result with its pictures, and the sections of the page."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from semiwear.untyped import Table
 
 
 @dataclass(frozen=True)
-class Told:
+class ReportData:
     """A result, and another one that it is compared with.
 
     Attributes
     ----------
     tree : DataTree
     against : DataTree or None
-    counted : DataTree
-        The result for pictures: its life in what they are to count.
+    for_pictures : DataTree
+        The result with its life in the unit of the pictures: meshes, hours or kilometres of sliding.
     """
 
     tree: xr.DataTree
     against: xr.DataTree | None
-    counted: xr.DataTree
+    for_pictures: xr.DataTree
 
     @cached_property
     def attrs(self) -> dict[str, str]:
@@ -36,13 +36,13 @@ class Told:
 
     @cached_property
     def scene(self) -> Table:
-        """Tables of the result's scene; empty where its text is no TOML."""
+        """Tables of the result's scene; empty if its text is not TOML."""
         return scene_tables(self.tree)
 
     @cached_property
-    def drawn(self) -> list[Drawn]:
+    def pictures(self) -> list[Drawn]:
         """Every picture of the result."""
-        return draw_all(self.counted)
+        return draw_all(self.for_pictures)
 
 
 @dataclass(frozen=True)
@@ -52,21 +52,21 @@ class Section:
     Attributes
     ----------
     heading : str or callable
-        Or what makes it of the result.
+        Text, or a function that makes it from the data of the report.
     content : callable
-        From what is told to HTML; a section whose content is empty is left out.
+        Function from the data of the report to HTML; a section whose content is empty is left out.
     """
 
-    heading: str | Callable[[Told], str]
-    content: Callable[[Told], str]
+    heading: str | Callable[[ReportData], str]
+    content: Callable[[ReportData], str]
 
 
-def written(sections: tuple[Section, ...], told: Told) -> list[tuple[str, str]]:
+def filled_sections(sections: tuple[Section, ...], data: ReportData) -> list[tuple[str, str]]:
     """Headings and HTML of the sections that have content."""
     found = []
     for section in sections:
-        content = section.content(told)
+        content = section.content(data)
         if content:
-            heading = section.heading if isinstance(section.heading, str) else section.heading(told)
+            heading = section.heading if isinstance(section.heading, str) else section.heading(data)
             found.append((heading, content))
     return found
