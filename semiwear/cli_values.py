@@ -1,4 +1,4 @@
-"""Values on the command line: numbers of options within their ranges, and ``--set KEY=VALUE``, told all at once."""
+"""Values on the command line: numbers of options, and ``--set KEY=VALUE``; all errors are reported at once."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from semiwear.untyped import Value
 
 @dataclass(frozen=True)
 class _Unread:
-    """A value that cannot be taken, until the option is known that it was given to.
+    """A wrong value, kept until the name of its option is known.
 
     Attributes
     ----------
     found, allowed, fix : str
-        As of a `Problem`.
+        As in a `Problem`.
     """
 
     found: str
@@ -29,7 +29,7 @@ class _Unread:
 
 
 def number_within(rule: Rule) -> Callable[[str], Value]:
-    """How an option's number is read, as `argparse` wants it."""
+    """Function that reads an option's number, for `argparse`."""
 
     def read(text: str) -> Value:
         for kind in (int, float):
@@ -37,8 +37,8 @@ def number_within(rule: Rule) -> Callable[[str], Value]:
                 value = kind(text)
             except ValueError:
                 continue
-            told, problem = rule.apply("", value)
-            return told if problem is None else _Unread(text, rule.allowed, problem.fix)
+            accepted, problem = rule.apply("", value)
+            return accepted if problem is None else _Unread(text, rule.allowed, problem.fix)
         meant = meant_number(text)
         return _Unread(text, rule.allowed, "give a number" if meant is None else f"did you mean {meant}?")
 
@@ -46,7 +46,7 @@ def number_within(rule: Rule) -> Callable[[str], Value]:
 
 
 def assignment(text: str) -> tuple[str, Value] | _Unread:
-    """`key=value`, the value as in TOML; none removes a field or table; what is no TOML value is taken as text."""
+    """Key and value of `key=value`: a TOML value, None for none (removes a field or table), else text."""
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
         return _Unread(text, "KEY=VALUE", "e.g. --set operation.pinion_torque_Nm=800")
@@ -57,7 +57,7 @@ def assignment(text: str) -> tuple[str, Value] | _Unread:
 
 
 def require_readable(options: argparse.Namespace) -> None:
-    """Refuse options with values that could not be read.
+    """Refuse options with wrong values.
 
     Raises
     ------
@@ -65,10 +65,11 @@ def require_readable(options: argparse.Namespace) -> None:
         With all of them.
     """
     given = [
-        (f"--{name.replace('_', '-')}", one)
+        (f"--{name.replace('_', '-')}", item)
         for name, value in vars(options).items()
-        for one in (value if isinstance(value, list) else [value])
+        for item in (value if isinstance(value, list) else [value])
     ]
-    problems = [Problem(name, one.found, one.allowed, one.fix) for name, one in given if isinstance(one, _Unread)]
+    unread = [(name, item) for name, item in given if isinstance(item, _Unread)]
+    problems = [Problem(name, item.found, item.allowed, item.fix) for name, item in unread]
     if problems:
         raise SceneError(problems, "command line")

@@ -54,7 +54,7 @@ from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.assemble import INVERSE_TO_COEFFICIENT
-from semiwear.sweep.bar import hearing
+from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.measure import MESHES, Measure
 from semiwear.sweep.outcome import Outcome, Status, solve
 from semiwear.sweep.processes import Crew
@@ -158,7 +158,7 @@ def sensitivities(
         raise SceneError(problems, "sensitivities")
     measure = measure_of_quantities(quantities)
     count = available_threads() if workers is None else workers
-    with hearing(progress) as report, Crew(count, helped=True) as crew:
+    with progress_receiver(progress) as report, Crew(count, helped=True) as crew:
         crew.call()  # while the scene itself is solved
         runs = _Runs(crew, report, 1 + len(_NEAR) * len(steps))
         settled, base = _settled(scene, replace(measure, last=False), runs)

@@ -250,10 +250,10 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
         fronts = (front_of(np.stack([one.aims for one in grid])).tolist() for grid in (feasible, finer))
         return {**told, **dict(zip(("front", "doubled_front"), fronts, strict=True))}
     for one in sorted(feasible, key=lambda design: float(design.aims[0])):
-        doubled = designs.solved([one.place], DOUBLED)[0]
+        doubled = designs.solved([one.point], DOUBLED)[0]
         if designs.violation(doubled, designs.bounds) <= 0.0:
             best = {"best": float(one.aims[0]), "doubled": float(doubled.aims[0])}
-            return {**told, **best, "changes": designs.space.changes(one.place)}
+            return {**told, **best, "changes": designs.space.changes(one.point)}
     raise SystemExit(f"{case.title}: no sample keeps the limits at twice the resolution")
 
 

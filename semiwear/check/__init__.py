@@ -1,7 +1,7 @@
-"""Limits of a scene that need tooth geometry; one file a kind of gear pair.
+"""Limits of a scene that need tooth geometry; one module for each kind of gear pair.
 
-`geometric_problems` is passed to `load_scene` and stays with the scene, so that these limits and the plain ones of
-`semiwear.scene` are reported at once.
+`geometric_problems` is passed to `load_scene` and kept by the scene, so that these limits are reported together with
+those of single fields in `semiwear.scene`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ __all__ = ["KINDS", "geometric_problems"]
 KINDS = ("face_gear", "cylindrical", "flank_points")
 """Kinds of gear pairs with a module of that name here, in it `<kind>_problems`, and a module `<kind>_margins`.
 
-Another kind has no limits but those of its fields. Loaded when a scene's fields are sound: they need the geometry of
-flanks in mesh.
+A kind without them has only the limits of its fields. The modules are imported when the fields of a scene are valid,
+since they need the geometry of flanks in mesh.
 """
 
 
@@ -28,20 +28,20 @@ def geometric_problems(scene: Scene) -> list[Problem]:
     Parameters
     ----------
     scene : Scene
-        A scene whose fields are each in their own range.
+        A scene whose fields are within their ranges.
 
     Returns
     -------
     list of Problem
-        Empty when the teeth can be cut and mesh without interference. A field is named once at most. The
-        numbers in a message are rounded to the safe side: such a limit, typed in, is accepted.
+        Empty when the teeth can be cut and mesh without interference. A field is named at most once. Limits in
+        messages are rounded to the safe side, so that they are accepted as values.
     """
     kind = scene.gear_pair.type
     problems: list[Problem] = []
     if kind in KINDS:
         problems += getattr(import_module(f"semiwear.check.{kind}"), f"{kind}_problems")(scene)
     if not problems and any(hasattr(table, "tip_relief_length_mm") for _, table in scene.effects.present()):
-        problems += import_module("semiwear.check.reliefs").relief_problems(scene)  # of teeth that can be cut
+        problems += import_module("semiwear.check.reliefs").relief_problems(scene)  # needs teeth that can be cut
     return [*problems, *_deviation_problems(scene)]
 
 

@@ -33,7 +33,7 @@ from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, 
 
 _USUAL = "spur_fzg_c"
 _SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
-_MOST_ROLLS = 2.9  # from the pitch point: farther no tooth pair is looked for
+_MOST_ROLLS = 2.9  # base pitches from the pitch point up to which tooth pairs are considered
 
 
 def cylindrical_problems(scene: Scene) -> list[Problem]:
@@ -46,7 +46,7 @@ def cylindrical_problems(scene: Scene) -> list[Problem]:
 
 
 def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iterator[Problem]:
-    """The centre distance is one at which the base circles leave a line of action, and the teeth do not jam."""
+    """The centre distance leaves a line of action between the base circles, and the teeth do not jam."""
     t = table
     tight = tight_distance(t)
     side = -1.0 if t.internal else 1.0
@@ -68,7 +68,7 @@ def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iter
 
 
 def _rack_does_not_undercut(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """The rack's straight flank ends before the point in which the line of action touches the base circle."""
+    """The rack's straight flank ends before the point at which the line of action touches the base circle."""
     for body, tooth in teeth_of(mesh):
         if tooth.internal or tooth.form_roll_angle >= 0.0:
             continue
@@ -94,7 +94,7 @@ def _teeth_are_not_pointed(scene: Scene, mesh: CylindricalMesh) -> Iterator[Prob
 
 
 def _internal_fillet_fits(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """The arc that is an internal gear's fillet fits into the tooth space."""
+    """The fillet arc of an internal gear fits into the tooth space."""
     gear = mesh.gear
     if not gear.internal or gear.root_land_half_angle >= 0.0:
         return
@@ -125,7 +125,7 @@ def _roots_are_clear(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
 
 
 def _tips_clear_the_fillets(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """On the path of contact each tip meets the other's involute: not its fillet, nor inside its base circle."""
+    """On the path of contact each tip touches the mate's involute: not its fillet, nor inside its base circle."""
     pinion, gear = mesh.pinion, mesh.gear
     on_pinion, on_gear = deepest_rolls(mesh)
     pinion_limit, gear_limit = tip_limits(mesh)
@@ -139,7 +139,7 @@ def _tips_clear_the_fillets(scene: Scene, mesh: CylindricalMesh) -> Iterator[Pro
 
 
 def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """A pair is still in mesh when the next one enters; and no more are in mesh than can be followed."""
+    """A tooth pair is still in mesh when the next one enters, and contact stays within `_MOST_ROLLS`."""
     ratio = mesh.transverse_contact_ratio + mesh.overlap_ratio
     if ratio < 1.0:
         found = f"it is {down(ratio)}" if ratio > 0.0 else "these tips do not reach each other"
@@ -164,7 +164,7 @@ def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
 
 
 def _tips_of_an_internal_pair_pass(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """The pinion's tip leaves the gear's tooth space without touching the gear's tips, away from the path of contact.
+    """The pinion's tips leave the gear's tooth spaces without touching the gear's tips off the path of contact.
 
     See `tip_passage`.
     """
@@ -189,7 +189,7 @@ def _tips_of_an_internal_pair_pass(scene: Scene, mesh: CylindricalMesh) -> Itera
     yield problem_of(scene, "pinion_tip_diameter_mm", allowed, fix)
 
 
-def _rims_are_there(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+def _rims_have_thickness(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """There is material under the roots."""
     if mesh.pinion.rim_thickness <= 0.0:
         allowed = f"less than the pinion's root radius ({down(mesh.pinion.root_radius)} mm)"
@@ -203,20 +203,20 @@ def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
     radii = mesh.table.pinion_tip_edge_radius_mm, mesh.table.gear_tip_edge_radius_mm
     for (body, tooth), radius, limit in zip(teeth_of(mesh), radii, edge_limits(mesh), strict=True):
-        # a tooth without a land is pointed, which is another limit
+        # a tooth without a top land is pointed, for which there is another limit
         if 0.0 < limit < radius and tooth.half_thickness(tooth.tip_radius) > 0.0:
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower tip"
             yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(limit)} mm", fix)
 
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """The control point lies between fillet and tip edge, where the other body reaches the flank."""
+    """The control point lies on the active flank, between fillet and tip edge."""
     watched = watched_point(scene, CylindricalControlPoint)
     if watched is None:
         return
     point, index = watched
     tooth, working = (mesh.pinion, mesh.gear)[index], mesh.working_radii[index]
-    # the path of contact ends on the root side of a flank where the other body's tip is
+    # on the root side the path of contact ends at the tip of the other body
     along = mesh.path_limits[1] if index == DRIVEN else -mesh.path_limits[0]
     roll = tooth.roll_at(working) + tooth.side * along / tooth.base_radius
     reached = tooth.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
@@ -228,7 +228,7 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Itera
 
 
 _LAST: tuple[Limit[CylindricalMesh], ...] = (_control_point_is_on_the_flank,)
-# every limit, and the field of the gear pair that is named when it cannot be computed
+# every limit, with the field of the gear pair named in the message if the limit cannot be computed
 _LIMITS: dict[Limit[CylindricalMesh], str] = {
     _rack_does_not_undercut: "pinion_profile_shift",
     _teeth_are_not_pointed: "pinion_tip_diameter_mm",
@@ -237,7 +237,7 @@ _LIMITS: dict[Limit[CylindricalMesh], str] = {
     _tips_clear_the_fillets: "gear_tip_diameter_mm",
     _teeth_hand_over: "pinion_tip_diameter_mm",
     _tips_of_an_internal_pair_pass: "pinion_tip_diameter_mm",
-    _rims_are_there: "pinion_bore_radius_mm",
+    _rims_have_thickness: "pinion_bore_radius_mm",
     _edge_roundings_fit: "pinion_tip_edge_radius_mm",
     _control_point_is_on_the_flank: "gear_tip_diameter_mm",
 }

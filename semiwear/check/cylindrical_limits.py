@@ -18,7 +18,7 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.scene import CylindricalPair
 from semiwear.scene.cylindrical import zero_backlash_distance
 
-_MOST_MODULES = 8.0  # above the reference cylinder: teeth of any usual pressure angle are pointed below
+_MOST_MODULES = 8.0  # above the reference cylinder, where teeth of any usual pressure angle are pointed already
 
 
 def teeth_of(mesh: CylindricalMesh) -> tuple[tuple[str, CylindricalTooth], ...]:
@@ -97,9 +97,9 @@ def edge_limits(mesh: CylindricalMesh) -> tuple[float, float]:
 
 
 def tip_passage(mesh: CylindricalMesh) -> float:
-    """Angle of an internal gear by which tips pass where the tip cylinders cross [rad]; negative: they foul.
+    """Angular clearance of the tips of an internal pair at the intersection of the tip cylinders [rad].
 
-    The pinion's tip must have turned out of the tooth space there (ISO 21771; "fouling").
+    It is an angle of the gear; if negative, the tips interfere (ISO 21771; "fouling").
     """
     pinion, gear = mesh.pinion, mesh.gear
     distance = mesh.table.centre_distance_mm

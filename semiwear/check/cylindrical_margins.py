@@ -1,4 +1,4 @@
-"""Limits of a cylindrical pair, each with what the pair has."""
+"""Limits of a cylindrical pair, each with the value of the pair."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import CylindricalPair, Placement, Scene
 
-_JAM = 1e-3  # modules: a centre distance is met by shifts written with a few digits
+_JAM = 1e-3  # modules, since profile shifts with a few digits meet a centre distance only so far
 
 
 def cylindrical_margins(scene: Scene) -> Iterator[Margin]:
@@ -53,9 +53,9 @@ def _tooth(table: CylindricalPair, body: str, tooth: CylindricalTooth) -> Iterat
             low=lambda: least_profile_shift(tooth), unit="1",
         )  # fmt: skip
     ends = (partial(pointed_diameter, tooth), None) if tooth.internal else (None, partial(pointed_diameter, tooth))
-    what = "end of involute" if tooth.internal else "pointing"
+    limit = "end of involute" if tooth.internal else "pointing"
     yield margin(
-        f"tip diameter of the {body} ({what})", lambda: 2.0 * tooth.tip_radius, tip, low=ends[0], high=ends[1]
+        f"tip diameter of the {body} ({limit})", lambda: 2.0 * tooth.tip_radius, tip, low=ends[0], high=ends[1]
     )
     yield margin(
         f"tip thickness of the {body}", lambda: 2.0 * tooth.half_thickness(tooth.tip_radius), tip, low=0.0,
@@ -112,10 +112,10 @@ def _pair(table: CylindricalPair, mesh: CylindricalMesh) -> Iterator[Margin]:
 
 
 def _edge(mesh: CylindricalMesh, body: int) -> float:
-    """Tip edge radius that leaves no top land on a body's tooth [mm]."""
+    """Tip edge radius at which a body's tooth has no top land left [mm]."""
     return edge_limits(mesh)[body]
 
 
 def _interference(mesh: CylindricalMesh, body: int) -> float:
-    """Tip diameter at which a body's tip leaves the other's involute [mm]."""
+    """Tip diameter at which a body's tip reaches the end of the other's involute [mm]."""
     return tip_limits(mesh)[body]

@@ -1,4 +1,4 @@
-"""Limits of a face gear pair, each with what the pair has."""
+"""Limits of a face gear pair, each with the value of the pair."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ def _gear(table: FaceGearPair, tooth: FaceGearTooth) -> Iterator[Margin]:
         "outer radius of the gear (pointing)", lambda: outer, "gear_outer_radius_mm", low=pitch,
         high=tooth.pointing_radius,
     )  # fmt: skip
-    for where, radius in (("inner", inner), ("outer", outer)):
+    for end, radius in (("inner", inner), ("outer", outer)):
         yield margin(
-            f"tip thickness of the gear, {where} radius",
-            partial(_tip_thickness, tooth, radius), f"gear_{where}_radius_mm", low=0.0,
-            usual=f"{0.2 * table.module_mm:.3g} mm (0.2 m) or more" if where == "outer" else "",
+            f"tip thickness of the gear, {end} radius",
+            partial(_tip_thickness, tooth, radius), f"gear_{end}_radius_mm", low=0.0,
+            usual=f"{0.2 * table.module_mm:.3g} mm (0.2 m) or more" if end == "outer" else "",
         )  # fmt: skip
     yield margin(
         "flank above the fillet, inner radius",
@@ -97,10 +97,10 @@ def _pinion(table: FaceGearPair, pinion: InvoluteTooth) -> Iterator[Margin]:
 
 
 def _edge(mesh: FaceGearMesh, body: int) -> float:
-    """Tip edge radius that leaves no top land on a body's tooth [mm]."""
+    """Tip edge radius at which a body's tooth has no top land left [mm]."""
     return edge_limits(mesh)[body]
 
 
 def _tip_thickness(tooth: FaceGearTooth, radius: float) -> float:
-    """Thickness of the gear's tooth in its tip plane at a radius, as an arc [mm]."""
+    """Thickness of the gear's tooth in its tip plane at a radius, along the arc [mm]."""
     return 2.0 * tooth.half_thickness(radius, tooth.gear_addendum)

@@ -1,4 +1,4 @@
-"""Limits of flanks given as points: files that can be read, grids that are flanks, flanks that can mesh."""
+"""Limits of flanks given as points: readable files, grids that form flanks, and flanks that can mesh."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from semiwear.meshing.point_flanks import point_flanks, point_flanks_or_problems
 from semiwear.meshing.tooth_contact import separation_of_neighbours
 from semiwear.scene import FlankPointsControlPoint, FlankPointsPair, Placement, Scene
 
-_SEARCH = (3, 8)  # roll positions to either side of the pitch point, steps to a roll
+_SEARCH = (3, 8)  # base pitches to either side of the pitch point, steps per base pitch
 
 
 def flank_points_problems(scene: Scene) -> list[Problem]:
@@ -58,7 +58,7 @@ def _teeth_hand_over(mesh: PointFlankMesh) -> Iterator[Problem]:
 
 @lru_cache(maxsize=16)
 def _hands_over(table: FlankPointsPair) -> bool:
-    """Kept between scenes: most changes of a scene leave its flanks alone."""
+    """Whether a tooth pair is in mesh when the next one enters; cached, since most changes keep the flanks."""
     try:
         separation_of_neighbours(PointFlankMesh(point_flanks(table), Placement()), *_SEARCH)
     except SceneError:
@@ -67,7 +67,7 @@ def _hands_over(table: FlankPointsPair) -> bool:
 
 
 def _sections(scene: Scene, flanks: PointFlanks) -> Iterator[Problem]:
-    """Teeth can be drawn where the files bring no sections; rigid ones need none."""
+    """The section of a tooth can be derived if its file has none; rigid teeth need none."""
     if scene.numerics.tooth_compliance == "rigid":
         return
     for index in range(len(BODIES)):
@@ -76,7 +76,7 @@ def _sections(scene: Scene, flanks: PointFlanks) -> Iterator[Problem]:
 
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterator[Problem]:
-    """The control point lies on its body's flank, between root end and tip edge."""
+    """The control point lies on its body's flank, between root and tip edge."""
     watched = watched_point(scene, FlankPointsControlPoint)
     if watched is None:
         return

@@ -1,4 +1,4 @@
-"""Limits of flanks given as points, each with what the pair has."""
+"""Limits of flanks given as points, each with the value of the pair."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def flank_points_margins(scene: Scene) -> Iterator[Margin]:
     mesh = PointFlankMesh(flanks, Placement())
     ends = np.array(mesh.face_limits)
     sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
-    left = rounded.driving_tip - rounded.driving_root, float((rounded.tip - rounded.root).min())
+    lengths = rounded.driving_tip - rounded.driving_root, float((rounded.tip - rounded.root).min())
     radii = sharp.driving_end_edge_radius, sharp.end_edge_radius
     widths = sharp.driving_face[1] - sharp.driving_face[0], float(ends[1] - ends[0])
     for k, body in enumerate(BODIES):
         yield margin(
-            f"flank of the {body} within its edges", partial(float, left[k]), f"{body}_tip_edge_radius_mm",
+            f"flank of the {body} within its edges", partial(float, lengths[k]), f"{body}_tip_edge_radius_mm",
             low=0.0,
         )  # fmt: skip
         yield margin(

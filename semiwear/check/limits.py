@@ -1,4 +1,4 @@
-"""How limits of tooth geometry are applied and told, whatever the kind of gear pair."""
+"""Limits of tooth geometry for all kinds of gear pairs: how they are applied and reported."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _Mesh = TypeVar("_Mesh")
 _Point = TypeVar("_Point")
 
 Limit = Callable[[Scene, _Mesh], Iterator[Problem]]
-"""From a scene and its flanks in mesh to what is wrong."""
+"""Function from a scene and its flanks in mesh to the problems of one limit."""
 
 _DIGITS = 6  # of the limits that messages state
 FAILURES = (ArithmeticError, ValueError, RuntimeError, IndexError)
-"""Errors of numbers that a tooth which cannot be cut does not have."""
+"""Errors raised where a quantity of a tooth that cannot be cut does not exist."""
 
 
 def find_problems(
     scene: Scene, mesh: _Mesh, limits: Mapping[Limit[_Mesh], str], usual: str, last: tuple[Limit[_Mesh], ...] = ()
 ) -> list[Problem]:
-    """Problems that limits find, a field named once at most.
+    """Problems found by limits, at most one for each field.
 
     Parameters
     ----------
@@ -35,11 +35,11 @@ def find_problems(
     mesh : object
         The flanks in mesh, for the limits.
     limits : mapping
-        Limits in their order, and the field of the gear pair that is named when one cannot be computed.
+        Limits in their order, with the field of the gear pair named in the message if one cannot be computed.
     usual : str
-        Name of a scene whose proportions are usual.
+        Name of a shipped scene with usual proportions.
     last : tuple of limits
-        Those that only make sense on a sound tooth.
+        Limits that are applied only if no other has found a problem.
     """
     found: dict[str, Problem] = {}
     failed: list[Problem] = []
@@ -52,9 +52,9 @@ def find_problems(
                     found.setdefault(problem.field, problem)
             except FAILURES:
                 allowed = "a tooth that can be cut; for this one the limit cannot even be computed"
-                fix = f"compare with the scene {usual}, which is usual in every proportion"
+                fix = f"compare with the scene {usual}, whose proportions are all usual"
                 failed.append(problem_of(scene, field, allowed, fix))
-    # a limit that cannot be computed is only news while nothing else says why
+    # a limit that cannot be computed is reported only if no other problem explains it
     return list(found.values()) or failed[:1]
 
 
@@ -64,7 +64,7 @@ def problem_of(scene: Scene, field: str, allowed: str, fix: str) -> Problem:
 
 
 def watched_point(scene: Scene, kind: type[_Point]) -> tuple[_Point, int] | None:
-    """The control point of a scene and on which body it lies; None without one of this kind."""
+    """Control point of a scene and the index of its body; None without a control point of this kind."""
     if scene.wear is None or not isinstance(scene.wear.control_point, kind):
         return None
     return scene.wear.control_point, BODIES.index(scene.wear.watched_body)
@@ -78,15 +78,15 @@ def _rounded(length: float, towards: Callable[[float], int]) -> str:
 
 
 def down(length: float) -> str:
-    """A limit from above, as text."""
+    """An upper limit as text, rounded down."""
     return _rounded(length, floor)
 
 
 def up(length: float) -> str:
-    """A limit from below, as text."""
+    """A lower limit as text, rounded up."""
     return _rounded(length, ceil)
 
 
 def crossing(margin: Callable[[float], float], good: float, bad: float) -> float:
-    """The value between a good and a bad one at which a margin becomes zero."""
+    """Value between an allowed and a forbidden one at which a margin becomes zero."""
     return float(brentq(margin, good, bad, rtol=1e-12))

@@ -1,6 +1,6 @@
-"""Limits of a pair's teeth side by side: what each is, what the pair has, and what would be legal.
+"""All limits of a pair's teeth, each with the value of the pair and the values allowed.
 
-`semiwear.check.geometric_problems` tells what is broken; this tells how much room is left everywhere.
+`semiwear.check.geometric_problems` reports broken limits only.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ class Margin:
     limit : str
         Its name, e.g. ``"undercut of the pinion"``.
     value : float
-        What the pair has; NaN where it cannot be computed.
+        Value of the pair; NaN if it cannot be computed.
     low, high : float or None
-        Least and greatest legal value; None where there is none.
+        Least and greatest value allowed; None for no limit.
     unit : str
         ``"mm"``, ``"deg"`` or ``"1"``.
     field : str
-        Field of the scene that moves it most directly.
+        Field of the scene that changes it most directly.
     usual : str
-        What is usual, in words.
+        Usual values, in words.
     """
 
     limit: str
@@ -53,36 +53,36 @@ class Margin:
 
     @property
     def holds(self) -> bool:
-        """Whether the value is legal."""
+        """Whether the value is within its limits."""
         if isnan(self.value):
             return False
         return (self.low is None or self.value >= self.low) and (self.high is None or self.value <= self.high)
 
     @property
     def legal(self) -> str:
-        """Legal values in words, rounded to the safe side."""
-        low = None if self.low is None else self._told(self.low, up)
-        high = None if self.high is None else self._told(self.high, down)
+        """Allowed values in words, rounded to the safe side."""
+        low = None if self.low is None else self._as_text(self.low, up)
+        high = None if self.high is None else self._as_text(self.high, down)
         if low is not None and high is not None:
             return f"{low} to {high}"
         return f"at least {low}" if low is not None else f"up to {high}" if high is not None else "unknown"
 
-    def _told(self, limit: float, rounded: Callable[[float], str]) -> str:
-        """A limit as text, with all its digits where the value is that close."""
+    def _as_text(self, limit: float, rounded: Callable[[float], str]) -> str:
+        """A limit as text, with more digits if the value is close to it."""
         return f"{limit:.10g}" if abs(self.value - limit) <= _CLOSE * abs(limit) else rounded(limit)
 
 
 @dataclass(frozen=True)
 class GeometryCheck:
-    """Every limit of a scene's teeth: printed as a table.
+    """Every limit of a scene's teeth; `print` shows a table.
 
     Attributes
     ----------
     title : str
-        Of the pair.
+        Title of the pair.
     margins : tuple of Margin
     problems : tuple of Problem
-        All that makes the scene impossible to compute, with fixes.
+        Reasons why the scene cannot be computed, with fixes.
     """
 
     title: str
@@ -92,28 +92,28 @@ class GeometryCheck:
     @property
     def holds(self) -> bool:
         """Whether all limits are kept."""
-        return not self.problems and all(one.holds for one in self.margins)
+        return not self.problems and all(margin.holds for margin in self.margins)
 
     def to_dict(self) -> Table:
-        """Plain values, for machines; NaN is None."""
-        rows = [asdict(one) | {"holds": one.holds} for one in self.margins]
+        """Plain values for JSON; None for NaN."""
+        rows = [asdict(margin) | {"holds": margin.holds} for margin in self.margins]
         rows = [{name: None if value != value else value for name, value in row.items()} for row in rows]
         return {
             "title": self.title,
             "holds": self.holds,
             "limits": rows,
-            "problems": [{name: str(value) for name, value in asdict(one).items()} for one in self.problems],
+            "problems": [{name: str(value) for name, value in asdict(problem).items()} for problem in self.problems],
         }
 
     def __str__(self) -> str:
         head = ("limit", "here", "legal", "unit", "kept", "field", "usual")
         rows = [
             (
-                one.limit, "-" if isnan(one.value) else f"{one.value:.6g}", one.legal,
-                "" if one.unit == "1" else one.unit, "yes" if one.holds else "NO",
-                one.field.removeprefix("gear_pair."), one.usual,
+                margin.limit, "-" if isnan(margin.value) else f"{margin.value:.6g}", margin.legal,
+                "" if margin.unit == "1" else margin.unit, "yes" if margin.holds else "NO",
+                margin.field.removeprefix("gear_pair."), margin.usual,
             )
-            for one in self.margins
+            for margin in self.margins
         ]  # fmt: skip
         parts = [self.title, table(head, rows)] if rows else [self.title]
         if self.problems:
@@ -132,7 +132,7 @@ def margin(
     unit: str = "mm",
     usual: str = "",
 ) -> Margin:
-    """A limit whose numbers may fail to be computed on a tooth that cannot be cut."""
+    """A limit, with NaN for numbers that cannot be computed on a tooth that cannot be cut."""
 
     def number(given: float | Callable[[], float]) -> float:
         try:
@@ -151,21 +151,21 @@ def check_geometry(scene: Scene | str | os.PathLike[str]) -> GeometryCheck:
     Parameters
     ----------
     scene : Scene, or a scene's shipped name or file
-        Given by its name it may break limits of its teeth; its fields must be sound.
+        A scene given by name or file may break limits of its teeth; its fields must be within their ranges.
 
     Raises
     ------
     SceneError
-        The scene cannot be read, or its fields are wrong.
+        The scene cannot be read, or a field is wrong.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     problems = tuple(geometric_problems(scene))
     margins: tuple[Margin, ...] = ()
     kind = scene.gear_pair.type
     if kind in KINDS:
-        found: Callable[[Scene], Iterator[Margin]] = getattr(
+        margins_of: Callable[[Scene], Iterator[Margin]] = getattr(
             import_module(f"semiwear.check.{kind}_margins"), f"{kind}_margins"
         )
         with np.errstate(all="ignore"):
-            margins = tuple(found(scene))
+            margins = tuple(margins_of(scene))
     return GeometryCheck(f"{scene.title or 'scene'}: {scene.gear_pair.description}", margins, problems)

@@ -1,4 +1,4 @@
-"""Reliefs of modified flanks, of which none is longer than the flank."""
+"""Limits of the reliefs of modified flanks: none is longer than the flank."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from semiwear.errors import Problem
 from semiwear.meshing.pairs import flank_pair
 from semiwear.scene import Placement, Scene
 
-_STATIONS = 9  # along the face, where the length of a profile is looked at
+_STATIONS = 9  # along the face at which the length of the profile is evaluated
 
 
 def relief_problems(scene: Scene) -> Iterator[Problem]:
-    """Reliefs that are longer than the flank."""
+    """Problems of reliefs that are longer than the flank."""
     given = {
         f"effects.{name}.{end}_relief_length_mm": (name, length)
         for name, table in scene.effects.present()

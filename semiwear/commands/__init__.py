@@ -1,1 +1,1 @@
-"""Commands of the command line as functions of its options; each prints its end and gives it to machines."""
+"""Commands of the command line as functions of its options; each prints its results and returns them for JSON."""

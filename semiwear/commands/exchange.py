@@ -1,4 +1,4 @@
-"""Commands that write files for or from elsewhere: `new`, `rexs`, `export` and `report`."""
+"""Commands that write files from or for other programs: `new`, `rexs`, `export` and `report`."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from semiwear.untyped import Table
 
 
 def new(options: argparse.Namespace) -> Table:
-    """Write a commented scene to start from; beside flanks as points, the two files that it names."""
+    """Write a commented scene to start from; for flanks given as points also the two files that it names."""
     target = file_target("-o", options.output or f"my_{options.kind}.toml", (".toml",))
     flanks = {}
     if options.kind == "flank_points":
         flanks = {body: target.parent / f"{body}.nc" for body in ("pinion", "gear")}
     for path in (target, *flanks.values()):
         if path.exists():
-            allowed = "a file that is not there yet"
+            allowed = "a file that does not exist yet"
             raise SceneError.of("-o", str(path), allowed, "give another name, or remove it first")
     example = sw.load_scene(EXAMPLES["cylindrical"])
     for body, path in flanks.items():
         sw.export_flank(example, body, path)
     with naming(target):
         target.write_text(new_scene(options.kind, os.path.dirname(options.output or "")), encoding="utf-8")
-    print(f"{target}: a scene to change; `semiwear check {target.name}` tells the limits of its teeth")
+    print(f"{target}: a scene to change; `semiwear check {target.name}` lists the limits of its teeth")
     for body, path in flanks.items():
         print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
     return {"scene": target, "flanks": flanks}
 
 
 def rexs(options: argparse.Namespace) -> Table:
-    """Write the scene of a stage in a REXS file."""
+    """Write the scene of a gear stage in a REXS file."""
     target = file_target("-o", options.output, (".toml",))
     require_apart({"-o": target}, {"FILE": options.file})
-    found = sw.read_rexs(options.file, stage=options.stage, pinion_torque_Nm=options.torque, changes=options.changes)
+    stage = sw.read_rexs(options.file, stage=options.stage, pinion_torque_Nm=options.torque, changes=options.changes)
     with replacing(target) as part:
-        part.write_text(found.scene.to_toml(), encoding="utf-8")
-    print(f"{found}\n\nscene: {options.output}")
-    taken = [{"field": name, "value": value, "from": where} for name, value, where in found.taken]
-    return {"scene": options.output, "taken": taken, "left_out": found.left_out}
+        part.write_text(stage.scene.to_toml(), encoding="utf-8")
+    print(f"{stage}\n\nscene: {options.output}")
+    taken = [{"field": name, "value": value, "from": source} for name, value, source in stage.taken]
+    return {"scene": options.output, "taken": taken, "left_out": stage.left_out}
 
 
 def export(options: argparse.Namespace) -> Table:

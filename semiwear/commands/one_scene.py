@@ -1,4 +1,4 @@
-"""Commands that look at one scene without wearing it: `screen`, `geometry` and `calibrate`."""
+"""Commands on one scene that save no wear run: `screen`, `geometry` and `calibrate`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from semiwear.untyped import Table
 
 
 def screen(options: argparse.Namespace, scene: sw.Scene) -> Table:
-    """Print which effects a scene calls for."""
+    """Print which effects change the results of a scene."""
     with ProgressBar("computing one mesh cycle of the scene as it is ...", "effect", "screening") as bar:
         screening = sw.screen(scene, options.threshold, progress=bar)
     print(screening)
@@ -47,21 +47,21 @@ def geometry(options: argparse.Namespace, scene: sw.Scene) -> Table:
 
 
 def calibrate(options: argparse.Namespace, scene: sw.Scene) -> Table:
-    """Print the wear coefficient that measured flanks tell."""
+    """Print the wear coefficient that fits measured flanks."""
     with ProgressBar(unit="step") as bar:
-        found = sw.calibrate(
+        calibration = sw.calibrate(
             scene, options.measured, before=options.before, body=options.body, meshes=options.meshes,
             robust=options.robust, confidence=options.confidence, progress=bar,
         )  # fmt: skip
-    print(found)
-    life = None if options.life is None else found.life(options.life, k_scatter=options.k_scatter)
+    print(calibration)
+    life = None if options.life is None else calibration.life(options.life, k_scatter=options.k_scatter)
     if life is not None:
         print(f"\n{life}")
     return {
-        "body": found.body,
-        "coefficient_mm2_per_N": found.coefficient,
-        "coefficients_mm2_per_N": found.coefficients,
-        "interval_mm2_per_N": found.interval,
-        "confidence": found.confidence,
+        "body": calibration.body,
+        "coefficient_mm2_per_N": calibration.coefficient,
+        "coefficients_mm2_per_N": calibration.coefficients,
+        "interval_mm2_per_N": calibration.interval,
+        "confidence": calibration.confidence,
         "life": None if life is None else str(life),
     }

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-_COMPILES = "compiling, which takes up to a minute; later runs find what was compiled ..."
+_COMPILES = "compiling, which takes up to a minute; later runs use the compiled code ..."
 
 
 class ProgressBar:
-    """Progress bar on a terminal: tqdm's when it is installed (extra `progress`), else a line a step."""
+    """Progress bar on a terminal: tqdm's when it is installed (extra `progress`), else one line per step."""
 
-    def __init__(self, begin: str = "computing the unworn teeth ...", unit: str = "step", what: str = "wear") -> None:
-        self._begin, self._unit, self._what = begin, unit, what
+    def __init__(self, begin: str = "computing the unworn teeth ...", unit: str = "step", task: str = "wear") -> None:
+        self._begin, self._unit, self._task = begin, unit, task
         self._bar: tqdm | None = None
         self._inside = ExitStack()
 
@@ -35,20 +35,20 @@ class ProgressBar:
             self._bar.close()
 
     def step(self, done: int, total: int, text: str) -> None:
-        """Show how much of the total is done."""
+        """Show that `done` of `total` steps are finished."""
         if not _LOG.isEnabledFor(logging.INFO):
             return
         try:
             from tqdm import tqdm
         except ImportError:
-            _LOG.info("%s, %s %d of %d: %s", self._what, self._unit, done, total, text)
+            _LOG.info("%s, %s %d of %d: %s", self._task, self._unit, done, total, text)
             return
         if self._bar is None:
-            # what an earlier sweep has left is done, but not at the rate of this one
-            first = done if self._what == "sweep" else 0
-            self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True, initial=first)
+            # scenes kept from an earlier sweep count as done, but not for the rate
+            first = done if self._task == "sweep" else 0
+            self._bar = tqdm(total=total, unit=self._unit, desc=self._task, leave=True, initial=first)
         if done < self._bar.n:
-            self._bar.reset(total)  # coarse runs for an accuracy are over
+            self._bar.reset(total)  # the coarse runs for an accuracy are finished
         self._bar.total = total
         self._bar.set_postfix_str(text)
         self._bar.update(done - self._bar.n)

@@ -1,4 +1,4 @@
-"""Options and files of a run: refused before anything is computed where they cannot serve."""
+"""Options and files of a run, checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
 
 def checkpoint_of(output: str) -> Path:
-    """Where a run with this result keeps its finished wear steps."""
+    """Folder in which a run with this result saves its finished wear steps."""
     return Path(f"{output}.partial")
 
 
 def kept_steps(output: str) -> str:
-    """Wear steps that a stopped run with this result has left behind, in words; nothing if there are none."""
+    """Sentence on the wear steps that a stopped run with this result has saved; empty if there are none."""
     path = checkpoint_of(output)
-    found = peek(path)
-    if found is None or not found.finished:
+    checkpoint = peek(path)
+    if checkpoint is None or not checkpoint.finished:
         return ""
-    return f"; {found.finished} finished wear steps are kept in {path}, --resume goes on from them"
+    return f"; {checkpoint.finished} finished wear steps are kept in {path}, --resume continues from them"
 
 
 def require_options(options: argparse.Namespace) -> None:
-    """Refuse options that mean nothing without others."""
+    """Refuse options that have no effect without others."""
     if options.against and not options.report:
         raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
     if options.resume and not options.output:
         raise SceneError.of(
-            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps lie in FILE.partial"
+            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps are in FILE.partial"
         )
 
 
 def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
-    """Refuse outputs that cannot be written, or would take the place of what is read or of one another.
+    """Refuse outputs that cannot be written, or would overwrite an input or one another.
 
-    A report over hours needs them, too.
+    A report over hours needs a speed, too.
     """
     if options.report and options.over == "hours" and scene.operation.pinion_speed_rpm is None:
         raise SceneError.of("--over", "hours", "a scene with a speed", "give operation.pinion_speed_rpm")

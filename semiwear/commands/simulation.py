@@ -26,8 +26,8 @@ from semiwear.untyped import Table
 _LOG = logging.getLogger(__name__)
 
 _AFTER_A_STOP = (
-    "{steps} finished wear step{s} kept in {path}: --resume goes on from there, {depths}at fidelity line with more "
-    "numerics.max_iterations; any other change of the scene starts from the beginning"
+    "{steps} finished wear step{s} kept in {path}: --resume continues from there, {depths}at fidelity line with more "
+    "numerics.max_iterations; after any other change of the scene the run starts from the beginning"
 )
 
 
@@ -47,27 +47,27 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
                 raise
             tree, stopped = error.result, error
     spent = time.perf_counter() - begin
-    if options.output:  # before anything else can fail
+    if options.output:  # first, so that a later failure loses nothing
         try:
             sw.save(tree, options.output)
         except OSError as error:
             raise OSError(f"{error}{kept_steps(options.output)}") from error
     try:
-        _tell(tree, spent, options, against)
+        _print_result(tree, spent, options, against)
     except BaseException:
         _LOG.warning("semiwear: %s", _kept_result(tree, options))
         raise
     if stopped is not None:
         if checkpoint is not None:
-            _tell_what_is_kept(checkpoint, tree["history"].sizes["wear_step"] - 1, scene)
+            _log_kept_steps(checkpoint, tree["history"].sizes["wear_step"] - 1, scene)
         raise stopped
     if checkpoint is not None:
-        _clear_away(checkpoint, options.output)
+        _remove_temporary_files(checkpoint, options.output)
     return _end_of_run(tree, options, spent)
 
 
 def _end_of_run(tree: xr.DataTree, options: argparse.Namespace, spent: float) -> Table:
-    """Files, seconds, and the last wear step's quantities in the units of the result."""
+    """Files, seconds, and quantities of the last wear step in the units of the result, for JSON."""
     last = tree["history"].to_dataset().isel(wear_step=-1)
     history = {"meshes": last["meshes"].item()} if "meshes" in last.coords else {}
     for name, array in last.data_vars.items():
@@ -86,7 +86,7 @@ def _end_of_run(tree: xr.DataTree, options: argparse.Namespace, spent: float) ->
             "history": history, "life": life}  # fmt: skip
 
 
-def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against: xr.DataTree | None) -> None:
+def _print_result(tree: xr.DataTree, spent: float, options: argparse.Namespace, against: xr.DataTree | None) -> None:
     """Print a result, and write its report."""
     print(wear_table(tree))
     for text in [*deep_steps(tree), *pressing_tips(tree)]:
@@ -101,11 +101,11 @@ def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against:
 
 
 def _kept_result(tree: xr.DataTree, options: argparse.Namespace) -> str:
-    """Where the result of a run is whose table or report failed; without -o it is saved beside the report."""
+    """Sentence on the place of a result whose table or report failed; without -o it is saved beside the report."""
     if options.output:
         return f"the result is saved in {options.output}"
     if not options.report:
-        return "the result was not to be saved: give -o FILE"
+        return "the result is not saved: give -o FILE"
     path = Path(options.report).with_suffix(".nc")
     if path.exists():
         path = path.with_stem(f"{path.stem}_{uuid.uuid4().hex[:8]}")
@@ -114,37 +114,37 @@ def _kept_result(tree: xr.DataTree, options: argparse.Namespace) -> str:
 
 
 def _checkpoint(options: argparse.Namespace) -> Path | None:
-    """Where the run keeps its finished wear steps; says what lies there already."""
+    """Folder in which the run saves its finished wear steps; logs a message on steps that are there already."""
     if not options.output:
         return None
     path = checkpoint_of(options.output)
-    found = peek(path)
-    if found is not None and found.finished:
-        told = f"{path}: {found.finished} finished wear steps"
-        if found.damaged:
-            told += "; what follows them is damaged and computed again"
+    earlier = peek(path)
+    if earlier is not None and earlier.finished:
+        message = f"{path}: {earlier.finished} finished wear steps"
+        if earlier.damaged:
+            message += "; the steps after them are damaged and computed again"
         if not options.resume:
-            told += " of an earlier run, for --resume to go on from; this run starts anew and will replace them"
-        _LOG.warning(told)
-    elif options.resume and (found is not None or not path.exists()):
+            message += " of an earlier run, from which --resume continues; this run starts anew and will replace them"
+        _LOG.warning(message)
+    elif options.resume and (earlier is not None or not path.exists()):
         _LOG.warning("no steps in %s: starting from the beginning", path)
     return path
 
 
-def _tell_what_is_kept(checkpoint: Path, steps: int, scene: sw.Scene) -> None:
-    """Say how a stopped run can go on, where it has come so far."""
+def _log_kept_steps(checkpoint: Path, steps: int, scene: sw.Scene) -> None:
+    """Log a message on how to continue a stopped run, if it has finished a step."""
     if not steps:
         return
     by_depth = scene.wear is not None and scene.wear.until.control_depths_um is not None
     depths = "with other wear.until.control_depths_um after those that were reached, or " if by_depth else ""
-    told = _AFTER_A_STOP.format(steps=steps, s="s are" if steps > 1 else " is", path=checkpoint, depths=depths)
-    _LOG.warning(told)
+    message = _AFTER_A_STOP.format(steps=steps, s="s are" if steps > 1 else " is", path=checkpoint, depths=depths)
+    _LOG.warning(message)
 
 
-def _clear_away(checkpoint: Path, written: str) -> None:
-    """Remove what a finished run no longer needs."""
+def _remove_temporary_files(checkpoint: Path, written: str) -> None:
+    """Remove the checkpoints of a finished run, and parts of files that earlier runs have left."""
     output = Path(os.path.realpath(written))
-    for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
-        left.unlink(missing_ok=True)
+    for part in output.parent.glob(f".{escape(output.name)}.*.part"):  # of a run that was killed while saving
+        part.unlink(missing_ok=True)
     for round_ in range(ROUNDS):
         remove_checkpoint(round_checkpoint(checkpoint, round_))

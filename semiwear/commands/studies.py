@@ -17,56 +17,56 @@ def sweep(options: argparse.Namespace) -> Table:
     """Solve the scenes of a study file."""
     begin = time.perf_counter()
     with ProgressBar("reading the study ...", "scene", "sweep") as bar:
-        told = run_study(
+        swept = run_study(
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
             resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
         )  # fmt: skip
-    spent = _tell(told.text, begin)
-    return {"dataset": options.output, "report": options.report, "scenes": told.scenes, "seconds": spent}
+    spent = _print_summary(swept.text, begin)
+    return {"dataset": options.output, "report": options.report, "scenes": swept.scenes, "seconds": spent}
 
 
 def optimise(options: argparse.Namespace) -> Table:
     """Find the best design of a study file."""
     begin = time.perf_counter()
     with ProgressBar("reading the study ...", "design", "search") as bar:
-        told = run_optimise(
+        searched = run_optimise(
             options.study, options.output, workers=options.workers, designs=options.designs,
             report=options.report, progress=bar,
         )  # fmt: skip
-    spent = _tell(told.text, begin)
-    best = told.best
+    spent = _print_summary(searched.text, begin)
+    best = searched.best
     quantities = [
         {
-            "quantity": one.quantity.text,
-            "units": one.quantity.units,
-            "before": one.before,
-            "best": one.best,
-            "error": one.error,
-            "limit": None if one.limit is None else str(one.limit),
+            "quantity": change.quantity.text,
+            "units": change.quantity.units,
+            "before": change.before,
+            "best": change.best,
+            "error": change.error,
+            "limit": None if change.limit is None else str(change.limit),
         }
-        for one in best.told
+        for change in best.told
     ]
-    found: Table = {"changes": best.changes, "aims": list(map(str, best.aims)), "quantities": quantities}
-    found |= {"limits_kept": best.kept, "unsolved": best.unsolved or None}
+    optimum: Table = {"changes": best.changes, "aims": list(map(str, best.aims)), "quantities": quantities}
+    optimum |= {"limits_kept": best.kept, "unsolved": best.unsolved or None}
     files = {"best": options.output, "designs": options.designs, "report": options.report}
-    return {**files, **found, "seconds": spent}
+    return {**files, **optimum, "seconds": spent}
 
 
 def infer(options: argparse.Namespace) -> Table:
     """Infer the unknown fields of a study file."""
     begin = time.perf_counter()
     with ProgressBar("reading the study ...", "step", "inference") as bar:
-        told = run_inference(
+        summary = run_inference(
             options.study, options.output, workers=options.workers, store=options.store, report=options.report,
             progress=bar,
         )  # fmt: skip
-    spent = _tell(told, begin)
+    spent = _print_summary(summary, begin)
     return {"output": options.output, "report": options.report, "seconds": spent}
 
 
-def _tell(end: str, begin: float) -> float:
-    """Print how a study has ended, and the seconds since it began, which are returned."""
+def _print_summary(summary: str, begin: float) -> float:
+    """Print the summary of a study and the seconds since it began, which are returned."""
     spent = time.perf_counter() - begin
-    print(end)
+    print(summary)
     print(f"\n{spent:.1f} s")
     return spent

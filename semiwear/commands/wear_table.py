@@ -1,4 +1,4 @@
-"""The result of a run as text: one row a wear step, and its life in one sentence."""
+"""The result of a run as text: one row per wear step, and its life in one sentence."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COLUMNS = (
 
 
 def wear_table(tree: xr.DataTree) -> str:
-    """One row a wear step."""
+    """Table of a result as text, one row per wear step."""
     history = tree["history"].to_dataset()
     columns = [(heading, form, history[name].values) for heading, name, form in _COLUMNS if name in history.variables]
     columns[2 if "wear_depth_control_point" in history else 1 : 0] = _wear_columns(tree, history)
@@ -46,7 +46,7 @@ def wear_table(tree: xr.DataTree) -> str:
 
 
 def _wear_columns(tree: xr.DataTree, history: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
-    """Greatest wear of every body that wears: of its whole flank, its root and its addendum."""
+    """Columns of the greatest wear depth of every body that wears: whole flank, root zone and addendum zone."""
     bodies = shown_bodies(tree)
     of = "{} p/g [um]" if len(bodies) > 1 else f"{bodies[0]} {{}} [um]"
     stems = ["wear_depth_max_pinion" if body == "pinion" else "wear_depth_max" for body in bodies]
@@ -61,19 +61,19 @@ def _wear_columns(tree: xr.DataTree, history: xr.Dataset) -> list[tuple[str, str
 
 def life_sentence(tree: xr.DataTree) -> str:
     """The life in one sentence."""
-    found = tree["life"].to_dataset()
+    life = tree["life"].to_dataset()
     body, deeper = life_bodies(tree)
     of = f" on the {body}" if body else ""
-    warned = f'; the {deeper} wears deeper: limit it by effects.run_life.body = "{deeper}"' if deeper else ""
-    if isnan(found["meshes_to_limit"]):
-        ended_by = str(found["ended_by"].values).replace("_", " ")
+    warning = f'; the {deeper} wears deeper: limit it by effects.run_life.body = "{deeper}"' if deeper else ""
+    if isnan(life["meshes_to_limit"]):
+        ended_by = str(life["ended_by"].values).replace("_", " ")
         return (
-            f"life until {float(found['depth_limit']):g} um{of}: without end, the flank wears no further before; "
-            f"{ended_by} ends it after {float(found['meshes_to_end']):.4g} meshes{warned}"
+            f"life until {float(life['depth_limit']):g} um{of}: without end, the flank wears no further before "
+            f"that depth; {ended_by} ends it after {float(life['meshes_to_end']):.4g} meshes{warning}"
         )
-    hours = f" ({float(found['hours_to_limit']):.4g} h)" if "hours_to_limit" in found else ""
+    hours = f" ({float(life['hours_to_limit']):.4g} h)" if "hours_to_limit" in life else ""
     return (
-        f"life until {float(found['depth_limit']):g} um{of}: {float(found['meshes_to_limit']):.4g} meshes{hours}; "
-        f"it changes by {float(found['sensitivity_to_wear_coefficient']):.3g} % a per cent of wear coefficient, "
-        f"{float(found['sensitivity_to_torque']):.3g} % a per cent of torque{warned}"
+        f"life until {float(life['depth_limit']):g} um{of}: {float(life['meshes_to_limit']):.4g} meshes{hours}; "
+        f"it changes by {float(life['sensitivity_to_wear_coefficient']):.3g} % for each per cent of the "
+        f"wear coefficient, {float(life['sensitivity_to_torque']):.3g} % for each per cent of torque{warning}"
     )

@@ -22,7 +22,7 @@ from semiwear.scatter.run import Sampling, draw
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
-from semiwear.sweep.bar import hearing
+from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.measure import MESHES
 from semiwear.sweep.outcome import Status
 from semiwear.sweep.run import crew_of, read_job, solve_job
@@ -105,7 +105,7 @@ def infer(
     Of 600 simulated flanks with four unknowns 90 % intervals held in 87 to 90 % (docs/inference.md).
     """
     planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
-    with hearing(progress) as report:
+    with progress_receiver(progress) as report:
         return _inferred(planned, crew, store, report)
 
 

@@ -40,7 +40,7 @@ _SCENES = (".toml",)
 
 @dataclass(frozen=True)
 class Searched:
-    """A search whose best design was written, and what is told of it.
+    """Best design of a search, which was written as a scene, and its summary.
 
     Attributes
     ----------
@@ -55,14 +55,14 @@ class Searched:
 def run_optimise(
     study: str, output: str, *, workers: int | None, designs: str | None, report: str | None, progress: Progress
 ) -> Searched:
-    """Search the best design of a study file and write it as a scene; what was found.
+    """Search for the best design of a study file and write it as a scene.
 
     Raises
     ------
     SceneError
-        With all that is wrong with the file, the scene and the options, before anything runs.
+        With all problems of the file, the scene and the options, before anything runs.
     MissingExtraError
-        A report is asked for without matplotlib.
+        A report is requested, but matplotlib is missing.
     """
     problems: list[Problem] = []
     for field, path, target in (
@@ -106,23 +106,23 @@ def run_optimise(
 
 
 def _as_in_the_file(error: SceneError) -> list[Problem]:
-    """Problems of `optimise`, its argument `vary` by the table's name."""
-    return [replace(one, field=_DESIGN) if one.field == "vary" else one for one in error.problems]
+    """Problems of `optimise`, with the table's name in place of the argument `vary`."""
+    return [replace(problem, field=_DESIGN) if problem.field == "vary" else problem for problem in error.problems]
 
 
 def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, float] | list[object]]:
-    """Ranges and choices of `[design]`, as `optimise` takes them."""
-    found: dict[str, tuple[float, float] | list[object]] = {}
+    """Ranges and choices of `[design]`, as arguments of `optimise`."""
+    ranges: dict[str, tuple[float, float] | list[object]] = {}
     if not isinstance(design, Mapping) or not design:
         fix = "name fields with {from = ..., to = ...}, or with a list of choices"
         problems.append(Problem(_DESIGN, shown(design), "a table of fields", fix))
-        return found
-    for key, told in flat_fields(dict(design)):
-        if isinstance(told, Mapping) and set(told) == {"from", "to"}:
-            found[key] = told["from"], told["to"]
-        elif isinstance(told, list):
-            found[key] = told
+        return ranges
+    for key, given in flat_fields(dict(design)):
+        if isinstance(given, Mapping) and set(given) == {"from", "to"}:
+            ranges[key] = given["from"], given["to"]
+        elif isinstance(given, list):
+            ranges[key] = given
         else:
             allowed = "{from = ..., to = ...}, or a list of choices"
-            problems.append(Problem(f"{_DESIGN}.{key}", shown(told), allowed, "give both ends of the range"))
-    return found
+            problems.append(Problem(f"{_DESIGN}.{key}", shown(given), allowed, "give both ends of the range"))
+    return ranges

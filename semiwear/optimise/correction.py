@@ -1,4 +1,4 @@
-"""Errors of a coarse grid, between designs that were solved finely."""
+"""Errors of a coarse grid, interpolated between designs that were also solved on a fine one."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from semiwear.optimise.surrogate import inputs_of
 
 @dataclass(frozen=True)
 class Correction:
-    """Differences of aims and limited quantities from a coarse grid to finer ones.
+    """Differences of aims and limited quantities between a coarse grid and a finer one.
 
-    Linear radial basis functions about a constant go through them: with one design the difference is the same
-    everywhere, far from all it stays within what is known.
+    They are interpolated by linear radial basis functions about a constant: with one design the difference is the
+    same everywhere, and far from all designs it stays within the range of the known differences.
 
     Attributes
     ----------
     space : Space
-    places : (known, fields) array
-        Designs that were solved finely, no two of them the same.
+    points : (known, fields) array
+        Designs solved on the fine grid, no two of them the same.
     differences : (known, values) array
     """
 
     space: Space
-    places: FloatArray
+    points: FloatArray
     differences: FloatArray
 
-    def at(self, places: FloatArray) -> FloatArray:
-        """To be added to coarse values at places (n, fields): (n, values)."""
-        return np.asarray(self._functions(inputs_of(self.space, places)))
+    def at(self, points: FloatArray) -> FloatArray:
+        """Corrections of coarse values at points (n, fields), to be added: (n, values)."""
+        return np.asarray(self._functions(inputs_of(self.space, points)))
 
     @cached_property
     def _functions(self) -> RBFInterpolator:
-        return RBFInterpolator(inputs_of(self.space, self.places), self.differences, kernel="linear", degree=0)
+        return RBFInterpolator(inputs_of(self.space, self.points), self.differences, kernel="linear", degree=0)

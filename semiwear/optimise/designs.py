@@ -1,4 +1,4 @@
-"""Designs that have been tried: each is solved once at each resolution, several at once in processes."""
+"""Designs that were tried, each solved once at each resolution, several at once in processes."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from semiwear.sweep.scenes import Task
 COARSE, OWN, DOUBLED = RESOLUTIONS = ("coarse", "own", "doubled")
 """Resolutions of a design: that of the search, the scene's own, and twice that."""
 
-_PEAKED = "/history/transmission_error_amplitude"
+_WITH_PEAKS = "/history/transmission_error_amplitude"
 _PEAK_POSITIONS, _MOST_PEAKS = 192, 10_000  # of [numerics]
 _GRID = tuple(parameter for parameter in PARAMETERS if parameter.name != "harmonics")
 
 
 @dataclass(frozen=True)
 class Aim:
-    """A quantity that is to be small, or large.
+    """A quantity that is minimised or maximised.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Aim:
         return f"{'least' if self.minimise else 'greatest'} {self.quantity.text}"
 
     def value(self, measured: Measured) -> float:
-        """Of a solved scene."""
+        """Value of the quantity in a solved scene."""
         return self.quantity.value(measured, low_is_good=self.minimise)
 
 
@@ -54,8 +54,8 @@ class Design:
 
     Attributes
     ----------
-    place : (fields,) array
-        In [0, 1].
+    point : (fields,) array
+        Its coordinates in the space, each in [0, 1].
     resolution : str
         One of `RESOLUTIONS`.
     aims, limited : (n,) arrays
@@ -64,7 +64,7 @@ class Design:
         Why it failed; empty where it did not.
     """
 
-    place: FloatArray
+    point: FloatArray
     resolution: str
     aims: FloatArray
     limited: FloatArray
@@ -72,7 +72,7 @@ class Design:
 
     @property
     def solved(self) -> bool:
-        """Whether every number is known; a life without end is infinite."""
+        """Whether all its values are known; a life without end is infinite."""
         return not (np.isnan(self.aims).any() or np.isnan(self.limited).any())
 
 
@@ -88,8 +88,8 @@ class Designs:
     limits : tuple of Limit
     workers : int
         Processes; 0: in this one.
-    heard : callable
-        Hears of every design that was solved.
+    on_solved : callable
+        Called with every design that was solved.
     tried : list of Design
         In the order in which they were solved.
     """
@@ -99,56 +99,56 @@ class Designs:
     aims: tuple[Aim, ...]
     limits: tuple[Limit, ...]
     workers: int
-    heard: Callable[[Design], None]
+    on_solved: Callable[[Design], None]
     tried: list[Design] = field(default_factory=list)
     _known: dict[tuple[str, bytes], Design] = field(default_factory=dict)
 
-    def solved(self, places: Sequence[FloatArray], resolution: str) -> list[Design]:
-        """Designs at places, those that are not known by now solved first."""
+    def solved(self, points: Sequence[FloatArray], resolution: str) -> list[Design]:
+        """Designs at points; those that are not known yet are solved."""
         tasks: dict[str, tuple[Task, tuple[str, bytes], FloatArray]] = {}
-        places = [self.space.snapped(place) for place in places]
-        for place in places:
-            key = self._key(place, resolution)
+        points = [self.space.snapped(point) for point in points]
+        for point in points:
+            key = self._key(point, resolution)
             if key in self._known:
                 continue
             try:
-                scene = self.scene_of(place, resolution)
+                scene = self.scene_of(point, resolution)
             except SceneError as error:
-                self._add(key, self._failed(place, resolution, "; ".join(str(p) for p in error.problems)))
+                self._add(key, self._failed(point, resolution, "; ".join(str(p) for p in error.problems)))
                 continue
             name = hashlib.sha256(repr(key).encode()).hexdigest()
-            tasks[name] = Task(name, scene, self._measure), key, place
+            tasks[name] = Task(name, scene, self._measure), key, point
         todo = [task for task, _, _ in tasks.values()]
         with Crew(self.workers if len(todo) > 1 else 0) as crew:
             for outcome in crew.solve(todo):
-                _, key, place = tasks[outcome.key]
-                if outcome.status.tells:
-                    self._add(key, self._read(place, resolution, outcome.measured))
+                _, key, point = tasks[outcome.key]
+                if outcome.status.has_numbers:
+                    self._add(key, self._read(point, resolution, outcome.measured))
                 else:
-                    self._add(key, self._failed(place, resolution, outcome.message))
-        return [self._known[self._key(place, resolution)] for place in places]
+                    self._add(key, self._failed(point, resolution, outcome.message))
+        return [self._known[self._key(point, resolution)] for point in points]
 
     def of_scene(self) -> Design:
-        """The scene as it is, at its own resolution; not one of the designs that were tried."""
+        """Design of the scene as given, at its own resolution; it is not added to the designs that were tried."""
         outcome = solve(Task("", self.scene, self._measure))
-        place = self.space.start(self.scene)
-        if not outcome.status.tells:
-            return self._failed(place, OWN, outcome.message)
-        return self._read(place, OWN, outcome.measured)
+        point = self.space.start(self.scene)
+        if not outcome.status.has_numbers:
+            return self._failed(point, OWN, outcome.message)
+        return self._read(point, OWN, outcome.measured)
 
-    def scene_of(self, place: FloatArray, resolution: str) -> Scene:
-        """The scene of a design.
+    def scene_of(self, point: FloatArray, resolution: str) -> Scene:
+        """Scene of a design.
 
         Raises
         ------
         SceneError
-            The design is no legal scene.
+            The scene is not valid.
         """
-        peaks = _PEAKED in self._measure.variables
-        return at_resolution(self.scene.replace(self.space.changes(place)), resolution, peaks=peaks)
+        peaks = _WITH_PEAKS in self._measure.variables
+        return at_resolution(self.scene.replace(self.space.changes(point)), resolution, peaks=peaks)
 
     def violation(self, design: Design, bounds: FloatArray) -> float:
-        """Greatest excess over the limits, each over the size of its bound; 0 where all are kept."""
+        """Greatest excess over a limit, relative to the size of its bound; 0 if all limits are kept."""
         if not design.solved:
             return float("inf")
         worst = 0.0
@@ -166,39 +166,39 @@ class Designs:
         quantities = [aim.quantity for aim in self.aims] + [limit.quantity for limit in self.limits]
         return measure_of_quantities(quantities)
 
-    def _key(self, place: FloatArray, resolution: str) -> tuple[str, bytes]:
-        return resolution, np.round(place, 12).tobytes()
+    def _key(self, point: FloatArray, resolution: str) -> tuple[str, bytes]:
+        return resolution, np.round(point, 12).tobytes()
 
     def _add(self, key: tuple[str, bytes], design: Design) -> None:
         self._known[key] = design
         self.tried.append(design)
-        self.heard(design)
+        self.on_solved(design)
 
-    def _read(self, place: FloatArray, resolution: str, measured: Measured) -> Design:
+    def _read(self, point: FloatArray, resolution: str, measured: Measured) -> Design:
         aims = np.array([aim.value(measured) for aim in self.aims])
         limited = np.array([limit.quantity.value(measured, low_is_good=limit.at_most) for limit in self.limits])
-        found = Design(place.copy(), resolution, aims, limited)
-        if found.solved:
-            return found
+        design = Design(point.copy(), resolution, aims, limited)
+        if design.solved:
+            return design
         names = [aim.quantity.text for aim, value in zip(self.aims, aims, strict=True) if np.isnan(value)]
         names += [limit.quantity.text for limit, value in zip(self.limits, limited, strict=True) if np.isnan(value)]
-        return replace(found, message=f"its result has no {', '.join(names)}")
+        return replace(design, message=f"its result has no {', '.join(names)}")
 
-    def _failed(self, place: FloatArray, resolution: str, message: str) -> Design:
-        nothing = np.full(len(self.aims), np.nan), np.full(len(self.limits), np.nan)
-        return Design(place.copy(), resolution, *nothing, message)
+    def _failed(self, point: FloatArray, resolution: str, message: str) -> Design:
+        unknown = np.full(len(self.aims), np.nan), np.full(len(self.limits), np.nan)
+        return Design(point.copy(), resolution, *unknown, message)
 
 
 def size_of(limit: Limit) -> float:
-    """Size that an excess over a limit is compared with."""
+    """Size by which an excess over a limit is divided: that of its bound, 1 for a bound of 0."""
     return abs(limit.bound) if limit.bound else 1.0
 
 
 def at_resolution(scene: Scene, resolution: str, *, peaks: bool = False) -> Scene:
-    """The scene on another grid: a coarse one of `numerics.accuracy`, its own, or twice that, as far as it can be.
+    """Scene on the coarse grid of `numerics.accuracy`, its own, or one twice as fine, as far as that is allowed.
 
-    With `peaks` other grids than its own find those of the transmission error between roll positions, too: twice as
-    many positions may miss the same peak.
+    With `peaks`, grids other than its own include peaks of the transmission error between roll positions, since twice
+    as many positions may miss the same peak.
     """
     if resolution == OWN:
         return scene

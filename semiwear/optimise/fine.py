@@ -1,9 +1,10 @@
-"""A search whose best designs are solved at twice the resolution, until what is likely to be better there is none.
+"""A search whose best designs are solved at twice the resolution, until no better one is expected there.
 
-Errors of the coarse grid are told by the designs that were solved finely, more by the nearer ones, and the search
-goes on with them (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430). Every second time, and where
-it finds nothing better, a design elsewhere is solved finely that may be, if errors differ there by as much as they do
-among these. One that cannot be solved finely counts as failed from then on, and so do those next to it.
+The error of the coarse grid is interpolated between the designs solved on the fine grid, and the search continues
+with values corrected by it (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430). Every second time,
+and where this finds nothing better, a distant design is solved on the fine grid: one that is better if its error
+differs by as much as the known errors do. A design that cannot be solved on the fine grid counts as failed from then
+on, and so do its neighbours.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from semiwear.optimise.correction import Correction
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Design, Designs, size_of
 from semiwear.optimise.search import Goal, ranks_of, search, values_of
 
-_TURNS = 16  # designs that are solved finely, at most
-_MARGIN = 0.002  # of a limit, for each design that did not keep one: a corrected search stays within it
-_WORTH = 0.002  # of the aim: less than this is not worth another fine solution
-_ELSEWHERE = 0.05  # of a range: not beside designs that were solved finely
+_MOST_FINE = 16  # designs solved on the fine grid, at most
+_MARGIN = 0.002  # of a limit, for each design that broke one; the corrected search stays within limits less this
+_LEAST_GAIN = 0.002  # of the aim, below which another fine solution is not worth its time
+_LEAST_DISTANCE = 0.05  # of a range, between designs that are solved on the fine grid to explore
 
 
 @dataclass(frozen=True)
 class Found:
-    """End of a search.
+    """Result of a search.
 
     Attributes
     ----------
@@ -42,7 +43,7 @@ class Found:
 
 @dataclass(frozen=True)
 class _Fine:
-    """A design that was solved on the grid of the search and at twice the resolution of the scene."""
+    """A design solved on the grid of the search and at twice the resolution of the scene."""
 
     coarse: Design
     doubled: Design
@@ -53,81 +54,85 @@ class _Fine:
 
 
 def search_finely(designs: Designs, goal: Goal, most: int) -> Found:
-    """The best design after `most` further ones on a coarse grid, and a quarter as many for each solved finely.
+    """Best design after `most` further ones on a coarse grid, and a quarter as many for each one on the fine grid.
 
-    The best is the one of those solved finely that keeps all limits and whose aim is least, else the least beyond.
+    Of the designs on the fine grid it is the one with the least aim among those that keep all limits, or, if none
+    does, the one with the least violation.
     """
-    found = [_finely(designs, search(designs, goal, most))]
-    while len(found) < _TURNS:
-        known = [one for one in found if one.solved]
-        design = _next(designs, goal, known, most // 4) if known else _away(designs, goal, found)
-        if design is None or any(np.array_equal(design.place, one.coarse.place) for one in found):
+    tried = [_finely(designs, search(designs, goal, most))]
+    while len(tried) < _MOST_FINE:
+        known = [pair for pair in tried if pair.solved]
+        design = _next(designs, goal, known, most // 4) if known else _far_from_failures(designs, goal, tried)
+        if design is None or any(np.array_equal(design.point, pair.coarse.point) for pair in tried):
             break
-        found.append(_finely(designs, design))
-    best = _best(designs, goal, [one for one in found if one.solved] or found)
-    (own,) = designs.solved([best.coarse.place], OWN)
+        tried.append(_finely(designs, design))
+    best = _best(designs, goal, [pair for pair in tried if pair.solved] or tried)
+    (own,) = designs.solved([best.coarse.point], OWN)
     return Found(own, best.doubled, designs.violation(best.doubled, goal.bounds) <= 0.0)
 
 
 def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> Design | None:
-    """The design to be solved finely next: one that is likely to be better than these, else one that may be."""
+    """Next design for the fine grid: one expected to be better than the known ones, else one that may be."""
     corrected = _corrected(designs, goal, known)
     (least,) = ranks_of(values_of(designs, goal, [_best(designs, goal, known).doubled]))
     design = search(designs, corrected, most)
     (rank,) = ranks_of(values_of(designs, corrected, [design]))
-    at = [one.coarse for one in known]
-    places = np.stack([one.place for one in at])
-    likely = _is_better(rank, least) and not (places == design.place).all(axis=1).any()
-    if likely and len(known) % 2:
+    coarse = [pair.coarse for pair in known]
+    points = np.stack([known_design.point for known_design in coarse])
+    expected_better = _is_better(rank, least) and not (points == design.point).all(axis=1).any()
+    if expected_better and len(known) % 2:
         return design
-    others = [one for one in designs.tried if one.resolution == COARSE and one.solved]
-    others = [one for one in others if np.abs(places - one.place).max(axis=1).min() >= _ELSEWHERE]
-    before = values_of(designs, replace(corrected, correction=None), at)
-    after = values_of(designs, corrected, at)
+    others = [other for other in designs.tried if other.resolution == COARSE and other.solved]
+    others = [other for other in others if np.abs(points - other.point).max(axis=1).min() >= _LEAST_DISTANCE]
+    before = values_of(designs, replace(corrected, correction=None), coarse)
+    after = values_of(designs, corrected, coarse)
     errors = np.subtract(after, before, out=np.zeros_like(after), where=np.isfinite(after) & np.isfinite(before))
-    if least[0] > 0.0:  # none keeps the limits: the coarse grid may be right elsewhere
+    if least[0] > 0.0:  # no design keeps the limits; elsewhere the coarse grid may have no error
         errors = np.vstack([errors, np.zeros_like(errors[:1])])
-    hoped = ranks_of(values_of(designs, corrected, others) - 0.5 * np.ptp(errors, axis=0))
-    if not hoped or not _is_better(min(hoped), least):
-        return design if likely else None
-    return others[hoped.index(min(hoped))]
+    optimistic = ranks_of(values_of(designs, corrected, others) - 0.5 * np.ptp(errors, axis=0))
+    if not optimistic or not _is_better(min(optimistic), least):
+        return design if expected_better else None
+    return others[optimistic.index(min(optimistic))]
 
 
-def _away(designs: Designs, goal: Goal, failed: Sequence[_Fine]) -> Design | None:
-    """The best design on the coarse grid ever farther from those that could not be solved; None without one."""
-    others = [one for one in designs.tried if one.resolution == COARSE and one.solved]
-    places = np.stack([one.coarse.place for one in failed])
-    away = np.array([np.abs(places - one.place).max(axis=1).min() for one in others])
-    least = min(_ELSEWHERE * 2.0 ** (len(failed) - 1), 0.5 * away.max(initial=0.0))
-    others = [one for one, far in zip(others, away, strict=True) if far >= least > 0.0]
+def _far_from_failures(designs: Designs, goal: Goal, failed: Sequence[_Fine]) -> Design | None:
+    """Best design on the coarse grid at a distance from those that failed on the fine one; None if there is none.
+
+    The distance is doubled with every failure.
+    """
+    others = [design for design in designs.tried if design.resolution == COARSE and design.solved]
+    points = np.stack([pair.coarse.point for pair in failed])
+    distances = np.array([np.abs(points - design.point).max(axis=1).min() for design in others])
+    least = min(_LEAST_DISTANCE * 2.0 ** (len(failed) - 1), 0.5 * distances.max(initial=0.0))
+    others = [design for design, distance in zip(others, distances, strict=True) if distance >= least > 0.0]
     ranks = ranks_of(values_of(designs, goal, others))
     return others[ranks.index(min(ranks))] if ranks else None
 
 
 def _finely(designs: Designs, design: Design) -> _Fine:
-    return _Fine(design, designs.solved([design.place], DOUBLED)[0])
+    return _Fine(design, designs.solved([design.point], DOUBLED)[0])
 
 
 def _corrected(designs: Designs, goal: Goal, known: Sequence[_Fine]) -> Goal:
-    """The goal with what fine grids say, within a margin of its limits."""
+    """The goal with coarse values corrected to the fine grid, and with a margin on its limits."""
     fine, coarse = (
-        np.stack([np.concatenate([one.aims, one.limited]) for one in told])
-        for told in ([one.doubled for one in known], [one.coarse for one in known])
+        np.stack([np.concatenate([design.aims, design.limited]) for design in on_grid])
+        for on_grid in ([pair.doubled for pair in known], [pair.coarse for pair in known])
     )
-    whole = np.isfinite(fine) & np.isfinite(coarse)
-    wrong = np.subtract(fine, coarse, out=np.zeros_like(fine), where=whole)  # of a life without end nothing is wrong
-    places = np.stack([one.coarse.place for one in known])
+    finite = np.isfinite(fine) & np.isfinite(coarse)
+    errors = np.subtract(fine, coarse, out=np.zeros_like(fine), where=finite)  # none for a life without end
+    points = np.stack([pair.coarse.point for pair in known])
     inwards = np.array([-size_of(limit) if limit.at_most else size_of(limit) for limit in designs.limits])
-    margin = _MARGIN * sum(designs.violation(one.doubled, goal.bounds) > 0.0 for one in known)
-    correction = Correction(designs.space, places, wrong)
+    margin = _MARGIN * sum(designs.violation(pair.doubled, goal.bounds) > 0.0 for pair in known)
+    correction = Correction(designs.space, points, errors)
     return replace(goal, bounds=goal.bounds + margin * inwards, correction=correction)
 
 
-def _best(designs: Designs, goal: Goal, found: Sequence[_Fine]) -> _Fine:
-    ranked = ranks_of(values_of(designs, goal, [one.doubled for one in found]))
-    return found[min(range(len(found)), key=ranked.__getitem__)]
+def _best(designs: Designs, goal: Goal, tried: Sequence[_Fine]) -> _Fine:
+    ranks = ranks_of(values_of(designs, goal, [pair.doubled for pair in tried]))
+    return tried[min(range(len(tried)), key=ranks.__getitem__)]
 
 
-def _is_better(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether a design comes nearer to the limits, or is as near and has an aim that is worth the solution."""
-    return one[0] < other[0] or (one[0] == other[0] and other[1] - one[1] > _WORTH * abs(other[1]))
+def _is_better(rank: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether the violation is less, or is the same with an aim so much better that a fine solution is worth it."""
+    return rank[0] < other[0] or (rank[0] == other[0] and other[1] - rank[1] > _LEAST_GAIN * abs(other[1]))

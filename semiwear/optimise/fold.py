@@ -1,8 +1,9 @@
-"""A fold near a design: the greater of two planes, as the worst of two places or bodies makes it.
+"""A fold near a design: the greater of two planes, as where a maximum passes from one point or body to another.
 
-Quantities of a best design are often greatest values. Where the least of one lies two places are often as bad, and no
-smooth function sees the floor of the fold there; two planes through the designs around do. Each of these belongs to
-the plane that is the greater one there, by turns until none changes (Magnani and Boyd 2009, Optim. Eng. 10, 1-17).
+Quantities of a best design are often maxima. At the minimum of a maximum two points of a flank often have the same
+value, and a smooth function misses the kink there; two planes fitted to the designs around represent it. Each design
+is assigned to the plane that is greater there, and the planes are fitted anew until no design changes its plane
+(Magnani and Boyd 2009, Optim. Eng. 10, 1-17).
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
 
-_POINTS = 4  # designs for each number of a plane, as far as there are
-_TURNS = 20
-_STARTS = 12  # directions in which the designs are parted at first
+_POINTS = 4  # designs for each coefficient of a plane, if there are so many
+_ITERATIONS = 20
+_STARTS = 12  # directions in which the designs are divided at first
 _SEED = 20011
 
 
@@ -26,7 +27,7 @@ class Fold:
     Attributes
     ----------
     planes : (2, 1 + inputs) array
-        Value at the origin and slopes.
+        Value at the origin, then slopes.
     """
 
     planes: FloatArray
@@ -37,35 +38,37 @@ class Fold:
 
 
 def fold_near(centre: FloatArray, inputs: FloatArray, values: FloatArray) -> Fold | None:
-    """The fold through values (n,) at inputs (n, inputs) around a centre; None where these are too few, or one plane.
+    """Fold fitted to values (n,) at inputs (n, inputs) around a centre; None if they are too few or on one plane.
 
-    What is as far away as half of the designs around counts half as much.
+    Only the nearest designs count; the weight falls to a half at their median distance.
     """
-    numbers = 1 + inputs.shape[1]
-    away = np.linalg.norm(inputs - centre, axis=1)
-    near = np.argsort(away)[: _POINTS * numbers]
-    if near.size <= 2 * numbers:
+    coefficients = 1 + inputs.shape[1]
+    distances = np.linalg.norm(inputs - centre, axis=1)
+    nearest = np.argsort(distances)[: _POINTS * coefficients]
+    if nearest.size <= 2 * coefficients:
         return None
-    scale = float(np.median(away[near])) or 1.0
-    weights = 1.0 / (1.0 + (away[near] / scale) ** 2)
+    scale = float(np.median(distances[nearest])) or 1.0
+    weights = 1.0 / (1.0 + (distances[nearest] / scale) ** 2)
     best, least = None, np.inf
-    for direction in np.random.default_rng(_SEED).normal(size=(_STARTS, numbers - 1)):
-        first = (inputs[near] - centre) @ direction > 0.0
-        fold = _fitted(_with_one(inputs[near]), values[near], weights, first)
-        missed = np.inf if fold is None else float((weights * (fold.at(inputs[near]) - values[near]) ** 2).sum())
-        if missed < least:
-            best, least = fold, missed
+    for direction in np.random.default_rng(_SEED).normal(size=(_STARTS, coefficients - 1)):
+        first = (inputs[nearest] - centre) @ direction > 0.0
+        fold = _fitted(_with_one(inputs[nearest]), values[nearest], weights, first)
+        if fold is None:
+            continue
+        residual = float((weights * (fold.at(inputs[nearest]) - values[nearest]) ** 2).sum())
+        if residual < least:
+            best, least = fold, residual
     return best
 
 
 def _fitted(rows: FloatArray, values: FloatArray, weights: FloatArray, first: BoolArray) -> Fold | None:
-    """The fold whose planes go through those that belong to the first one, and the others; None where one has few."""
+    """Fold by least squares, begun with a division into `first` and the rest; None if a plane has too few designs."""
     planes, roots = np.zeros((2, rows.shape[1])), np.sqrt(weights)
-    for _ in range(_TURNS):
-        for plane, mine in zip(planes, (first, ~first), strict=True):
-            if mine.sum() < rows.shape[1]:
+    for _ in range(_ITERATIONS):
+        for plane, own in zip(planes, (first, ~first), strict=True):
+            if own.sum() < rows.shape[1]:
                 return None
-            plane[:] = np.linalg.lstsq(roots[mine, None] * rows[mine], roots[mine] * values[mine], rcond=None)[0]
+            plane[:] = np.linalg.lstsq(roots[own, None] * rows[own], roots[own] * values[own], rcond=None)[0]
         greater = np.diff(rows @ planes.T, axis=1)[:, 0] <= 0.0
         if np.array_equal(greater, first):
             break

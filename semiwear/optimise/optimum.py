@@ -1,4 +1,4 @@
-"""The best design that was found, and the way to it."""
+"""The best design of a search, and all designs that were tried."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from semiwear.scene import Scene
 from semiwear.scene.values import is_number
 from semiwear.untyped import Table, Value
 
-_WHERE = {OWN: "at the resolution of the scene", DOUBLED: "at twice the resolution"}
+_AT_RESOLUTION = {OWN: "at the resolution of the scene", DOUBLED: "at twice the resolution"}
 
 
 @dataclass(frozen=True)
-class Told:
-    """A quantity of the best design, and of the scene as it was.
+class QuantityChange:
+    """An aim or limited quantity: of the best design, and of the scene as it was.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Told:
     before, best : float
         At the resolution of the scene.
     doubled : float
-        Of the best design at twice the resolution.
+        Value of the best design at twice the resolution.
     limit : Limit or None
         None for an aim.
     """
@@ -43,11 +43,11 @@ class Told:
 
     @property
     def error(self) -> float:
-        """By how much the best design's value changes with twice the resolution, relative; NaN where unknown."""
-        if self.best == self.doubled:  # a life without end, too
+        """Relative change of the best design's value with twice the resolution; NaN if unknown."""
+        if self.best == self.doubled:  # also if both are infinite, for a life without end
             return 0.0
-        away = abs(self.best - self.doubled)
-        return away / abs(self.doubled) if self.doubled else away
+        change = abs(self.best - self.doubled)
+        return change / abs(self.doubled) if self.doubled else change
 
 
 @dataclass(frozen=True)
@@ -57,27 +57,28 @@ class Optimum:
     Attributes
     ----------
     scene : Scene
-        The best design, at the resolution of the scene that was given. With two aims: the one of the front that is
-        nearest to the best of both.
+        The best design, at the resolution of the scene that was given. With two aims: the design on the front that is
+        nearest to the best value of both.
     changes : dict
         Its varied fields.
     aims : tuple of Aim
-    told : tuple of Told
+    told : tuple of QuantityChange
         Aims, then limited quantities.
     kept : bool
-        Whether it keeps all limits at twice the resolution.
+        Whether the best design keeps all limits at twice the resolution.
     designs : Dataset
         All designs that were tried, along `sample`: varied fields, quantities, `resolution`, `feasible`, `message`.
     front : Dataset
-        The best designs for two aims, none of which is better in both, along `sample`; one design for one aim.
+        For two aims the Pareto front: designs none of which is better than another in both, along `sample`; for one
+        aim the best design.
     unsolved : str
-        Why the best design could not be solved at the resolution of the scene, or at twice that; empty where it was.
+        Why the best design could not be solved at the resolution of the scene, or at twice that; empty if it was.
     """
 
     scene: Scene
     changes: Table
     aims: tuple[Aim, ...]
-    told: tuple[Told, ...]
+    told: tuple[QuantityChange, ...]
     kept: bool
     designs: xr.Dataset
     front: xr.Dataset
@@ -88,12 +89,12 @@ class Optimum:
         lines = ["best design: " + " and ".join(map(str, self.aims)), ""]
         lines += [f"  {key:<{width}}  {_shown(value)}" for key, value in self.changes.items()]
         rows = [("", "before", "best", "error", "limit")]
-        for one in self.told:
-            units = "" if one.quantity.units == "1" else f" {one.quantity.units}"
-            limit = "" if one.limit is None else f"{'<=' if one.limit.at_most else '>='} {one.limit.bound:g}"
-            rows.append(
-                (one.quantity.text, f"{one.before:.4g}{units}", f"{one.best:.4g}{units}", _share(one.error), limit)
-            )
+        for change in self.told:
+            quantity = change.quantity
+            units = "" if quantity.units == "1" else f" {quantity.units}"
+            limit = "" if change.limit is None else f"{'<=' if change.limit.at_most else '>='} {change.limit.bound:g}"
+            values = f"{change.before:.4g}{units}", f"{change.best:.4g}{units}"
+            rows.append((quantity.text, *values, _per_cent(change.error), limit))
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         cells = (zip(row, widths, strict=True) for row in rows)
         lines += ["", *("  " + "  ".join(f"{cell:<{w}}" for cell, w in row).rstrip() for row in cells)]
@@ -109,7 +110,7 @@ class Optimum:
         count = f"{tried[COARSE]} designs tried on a coarse grid, {tried[OWN]} on that of the scene"
         if self.unsolved:
             return f"{count}; NO design was found that can be solved finely: this one fails {self.unsolved}"
-        if not any(one.limit is not None for one in self.told):
+        if not any(change.limit is not None for change in self.told):
             return f"{count}; no limits were given"
         if self.kept:
             return f"{count}; all limits are kept at twice the resolution"
@@ -119,7 +120,7 @@ class Optimum:
         )
 
 
-def _share(error: float) -> str:
+def _per_cent(error: float) -> str:
     return "unknown" if np.isnan(error) else f"{error:.1%}"
 
 
@@ -128,39 +129,40 @@ def _shown(value: object) -> str:
 
 
 def optimum_of(designs: Designs, found: list[Found]) -> Optimum:
-    """The optimum after searches: one a design of the front."""
+    """The optimum after searches: one search for one aim, one for every design of the front for two."""
     chosen = _nearest_to_both(designs, found)
     own, doubled = chosen.own, chosen.doubled
     before = designs.of_scene()
     quantities = [aim.quantity for aim in designs.aims] + [limit.quantity for limit in designs.limits]
     limits: list[Limit | None] = [None] * len(designs.aims) + list(designs.limits)
-    values = [np.concatenate([one.aims, one.limited]) for one in (before, own, doubled)]
-    told = tuple(
-        Told(quantity, float(was), float(now), float(fine), limit)
+    values = [np.concatenate([design.aims, design.limited]) for design in (before, own, doubled)]
+    changes = tuple(
+        QuantityChange(quantity, float(was), float(now), float(fine), limit)
         for quantity, was, now, fine, limit in zip(quantities, *values, limits, strict=True)
     )
+    unsolved = [f"{_AT_RESOLUTION[end.resolution]} ({end.message})" for end in (own, doubled) if not end.solved]
     return Optimum(
-        scene=designs.scene_of(own.place, OWN),
-        changes=designs.space.changes(own.place),
+        scene=designs.scene_of(own.point, OWN),
+        changes=designs.space.changes(own.point),
         aims=designs.aims,
-        told=told,
+        told=changes,
         kept=chosen.kept,
         designs=_dataset(designs, designs.tried),
-        front=_dataset(designs, [one.own for one in found]),
-        unsolved="; ".join(f"{_WHERE[one.resolution]} ({one.message})" for one in (own, doubled) if not one.solved),
+        front=_dataset(designs, [end.own for end in found]),
+        unsolved="; ".join(unsolved),
     )
 
 
 def _nearest_to_both(designs: Designs, found: list[Found]) -> Found:
-    """The design whose aims are nearest to the best of each, over their spread on the front."""
-    kept = [one for one in found if one.kept and one.own.solved] or found
+    """Design whose aims are nearest to the best value of each, relative to their spread on the front."""
+    kept = [end for end in found if end.kept and end.own.solved] or found
     if len(kept) == 1 or len(designs.aims) == 1:
         return kept[0]
     signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    values = finite_of(signs * np.stack([one.doubled.aims for one in kept]))
+    values = finite_of(signs * np.stack([end.doubled.aims for end in kept]))
     spread = np.ptp(values, axis=0)
-    away = (values - values.min(axis=0)) / np.where(spread > 0.0, spread, 1.0)
-    return kept[int(np.argmin(np.hypot(*away.T)))]
+    scaled = (values - values.min(axis=0)) / np.where(spread > 0.0, spread, 1.0)
+    return kept[int(np.argmin(np.hypot(*scaled.T)))]
 
 
 def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
@@ -168,26 +170,26 @@ def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
     fields = {
         field.name: (
             "sample",
-            _labels([field.value(float(one.place[k])) for one in tried]),
+            _labels([field.value(float(design.point[k])) for design in tried]),
             {"field": field.key},
         )
         for k, field in enumerate(designs.space.fields)
     }
     judged = [aim.quantity for aim in designs.aims] + [limit.quantity for limit in designs.limits]
-    values = np.array([[*one.aims, *one.limited] for one in tried]).reshape(len(tried), len(judged))
+    values = np.array([[*design.aims, *design.limited] for design in tried]).reshape(len(tried), len(judged))
     names = columns_of(designs.aims, designs.limits)
     quantities = {
         name: _column(quantity, column) for name, quantity, column in zip(names, judged, values.T, strict=True)
     }
-    feasible = np.array([designs.violation(one, designs.bounds) <= 0.0 for one in tried])
-    own = {
+    feasible = np.array([designs.violation(design, designs.bounds) <= 0.0 for design in tried])
+    status = {
         "resolution": (
             "sample",
-            np.array([RESOLUTIONS.index(one.resolution) for one in tried], dtype=np.int8),
+            np.array([RESOLUTIONS.index(design.resolution) for design in tried], dtype=np.int8),
             {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(RESOLUTIONS)},
         ),
         "feasible": ("sample", feasible, {"long_name": "all limits kept"}),
-        "message": ("sample", np.array([one.message for one in tried], dtype=np.str_), {}),
+        "message": ("sample", np.array([design.message for design in tried], dtype=np.str_), {}),
     }
     attrs = {
         "title": f"Designs of {designs.scene.title or 'a scene'}",
@@ -197,28 +199,28 @@ def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
         "scene_sha256": designs.scene.sha256,
         "source": f"semiwear {version()}",
     }
-    return xr.Dataset({**quantities, **own}, coords=fields, attrs=attrs)
+    return xr.Dataset({**quantities, **status}, coords=fields, attrs=attrs)
 
 
 def columns_of(aims: Sequence[Aim], limits: Sequence[Limit]) -> list[str]:
     """Names of aims and then of limited quantities in the dataset of designs.
 
-    Of two bodies or wear states an upper limit, or an aim that is to be small, looks at the greater value, a lower
-    limit at the less: where one quantity is looked at in both ways the later column says which value it holds.
+    Of two bodies or wear states, an upper limit or a minimised aim takes the greater value, a lower limit or a
+    maximised aim the lesser. If a quantity occurs in both ways, the name of the later column says which value it is.
     """
-    looks = [(aim.quantity.text, aim.minimise) for aim in aims]
-    looks += [(limit.quantity.text, limit.at_most) for limit in limits]
+    judged = [(aim.quantity.text, aim.minimise) for aim in aims]
+    judged += [(limit.quantity.text, limit.at_most) for limit in limits]
     first: dict[str, bool] = {}
-    for text, greater in looks:
+    for text, greater in judged:
         first.setdefault(text, greater)
     return [
         text if first[text] == greater else f"{text} ({'greatest' if greater else 'least'})"
-        for text, greater in looks
+        for text, greater in judged
     ]
 
 
 def _labels(values: list[Value]) -> np.ndarray:
-    """Numbers, or text."""
+    """Values of a field as an array: numbers if all are numbers, else text."""
     if all(is_number(value) for value in values):
         return np.array(values)
     return np.array(["none" if value is None else str(value) for value in values], dtype=np.str_)

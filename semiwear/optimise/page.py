@@ -1,4 +1,4 @@
-"""The report of a best design: one HTML file that needs nothing but itself (extra ``plot``)."""
+"""The report of a best design: one self-contained HTML file (extra ``plot``)."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ _BEST, _OTHER, _REFUSED = "#c1272d", "#4c72b0", "#bbbbbb"
 def write_optimum_report(
     best: Optimum, before: Scene, path: str | os.PathLike[str], simulate: Callable[[Scene], xr.DataTree]
 ) -> Path:
-    """Write a best design as a page: what it is, what it gains, the way to it, and its worn flanks beside the first.
+    """Write a best design as a page: its fields, its quantities before and after, all designs, and worn flanks.
 
     Parameters
     ----------
     best : Optimum
     before : Scene
-        As it was.
+        The scene as it was.
     path : path
         The HTML file.
     simulate : callable
-        From a scene to its result; both scenes are worn for their pictures.
+        From a scene to its result; called for both scenes, to draw their worn flanks.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def write_optimum_report(
     OSError
         The file cannot be written.
     """
-    with styled():  # asks for the extra before anything is worn
+    with styled():  # fails here if the extra is missing, before anything is simulated
         flanks = _flanks(simulate(before), simulate(best.scene))
         sections = [
             ("Best design", _summary(best)),
@@ -77,18 +77,18 @@ def _summary(best: Optimum) -> str:
     ]
     fields = table("Fields", ["field", "best"], rows)
     lines = []
-    for one in best.told:
-        limit = "" if one.limit is None else f"{'<=' if one.limit.at_most else '>='} {one.limit.bound:g}"
-        known = one.before and np.isfinite([one.before, one.best]).all()
-        change = f"{one.best / one.before - 1.0:+.1%}" if known else NONE
-        name, units = one.quantity.text, unit_text(one.quantity.units) or NONE
+    for change in best.told:
+        limit = "" if change.limit is None else f"{'<=' if change.limit.at_most else '>='} {change.limit.bound:g}"
+        known = change.before and np.isfinite([change.before, change.best]).all()
+        relative = f"{change.best / change.before - 1.0:+.1%}" if known else NONE
+        name, units = change.quantity.text, unit_text(change.quantity.units) or NONE
         cells = [
             name,
             units,
-            figure_text(one.before),
-            figure_text(one.best),
-            change,
-            f"{one.error:.1%}" if np.isfinite(one.error) else NONE,
+            figure_text(change.before),
+            figure_text(change.best),
+            relative,
+            f"{change.error:.1%}" if np.isfinite(change.error) else NONE,
             limit or NONE,
         ]
         lines.append(cells)
@@ -101,8 +101,8 @@ def _flanks(before: xr.DataTree, best: xr.DataTree) -> str:
     rows = []
     for body in worn_bodies(best):
         pair = [
-            _figure(partial(wear_map, tree, body=body), f"Wear of the {body}, {told}.")
-            for tree, told in ((before, "before"), (best, "best"))
+            _figure(partial(wear_map, tree, body=body), f"Wear of the {body}, {label}.")
+            for tree, label in ((before, "before"), (best, "best"))
         ]
         rows.append(element("div", "".join(pair), class_="side-by-side"))
     return "".join(rows)
@@ -147,12 +147,12 @@ def _label(quantity: Quantity) -> str:
 def draw_path(best: Optimum, quantity: Quantity, ax: Axes) -> Axes:
     """Draw a quantity of every design on the coarse grid, and the best so far that keeps all limits."""
     tried = _on_coarse(best)
-    values, good = tried[quantity.text].values, tried["feasible"].values
+    values, feasible = tried[quantity.text].values, tried["feasible"].values
     number = np.arange(1, values.size + 1)
-    ax.plot(number[good], values[good], "o", ms=4, color=_OTHER, label="keeps all limits")
-    ax.plot(number[~good], values[~good], "o", ms=4, color=_REFUSED, label="breaks a limit")
+    ax.plot(number[feasible], values[feasible], "o", ms=4, color=_OTHER, label="keeps all limits")
+    ax.plot(number[~feasible], values[~feasible], "o", ms=4, color=_REFUSED, label="breaks a limit")
     minimise = next((aim.minimise for aim in best.aims if aim.quantity.text == quantity.text), True)
-    kept = np.where(good, values, np.inf if minimise else -np.inf)
+    kept = np.where(feasible, values, np.inf if minimise else -np.inf)
     so_far = np.minimum.accumulate(kept) if minimise else np.maximum.accumulate(kept)
     ax.step(number, np.where(np.isfinite(so_far), so_far, np.nan), where="post", color=_BEST, label="best so far")
     ax.set(xlabel="Design", ylabel=_label(quantity))
@@ -163,8 +163,8 @@ def draw_path(best: Optimum, quantity: Quantity, ax: Axes) -> Axes:
 def draw_designs(best: Optimum, field: str, ax: Axes) -> Axes:
     """Draw the first aim over a field, of every design on the coarse grid."""
     tried, aim = _on_coarse(best), best.aims[0].quantity.text
-    good = tried["feasible"].values
-    for chosen, colour in ((~good, _REFUSED), (good, _OTHER)):
+    feasible = tried["feasible"].values
+    for chosen, colour in ((~feasible, _REFUSED), (feasible, _OTHER)):
         ax.plot(tried[field].values[chosen], tried[aim].values[chosen], "o", ms=4, color=colour)
     if tried[field].dtype.kind in "if":
         ax.axvline(float(best.changes[tried[field].attrs["field"]]), color=_BEST, lw=1.2)
@@ -175,8 +175,8 @@ def draw_designs(best: Optimum, field: str, ax: Axes) -> Axes:
 def draw_front(best: Optimum, ax: Axes) -> Axes:
     """Draw the front of two aims, with the designs on the coarse grid that keep all limits."""
     tried, (x, y) = _on_coarse(best), (aim.quantity.text for aim in best.aims)
-    good = tried["feasible"].values
-    ax.plot(tried[x].values[good], tried[y].values[good], "o", ms=3, color=_OTHER, alpha=0.5, label="tried")
+    good = tried.isel(sample=np.flatnonzero(tried["feasible"]))
+    ax.plot(good[x].values, good[y].values, "o", ms=3, color=_OTHER, alpha=0.5, label="tried")
     front = best.front.sortby(x)
     ax.plot(front[x].values, front[y].values, "o-", color=_BEST, label="front")
     ax.set(xlabel=_label(best.aims[0].quantity), ylabel=_label(best.aims[1].quantity))
@@ -185,13 +185,13 @@ def draw_front(best: Optimum, ax: Axes) -> Axes:
 
 
 def _numbers(best: Optimum) -> str:
-    limits = [one.limit for one in best.told if one.limit is not None]
+    limits = [change.limit for change in best.told if change.limit is not None]
     names = [*_field_names(best.designs), *columns_of(best.aims, limits)]
     rows = []
     for k in range(min(best.designs.sizes["sample"], _MOST_ROWS)):
-        one = best.designs.isel(sample=k)
-        cells = [str(one[n].values) if one[n].dtype.kind == "U" else figure_text(float(one[n])) for n in names]
-        resolution, message = RESOLUTIONS[int(one["resolution"])], str(one["message"].values)
-        rows.append([*cells, resolution, "yes" if bool(one["feasible"]) else message or "no"])
-    whole = table("All designs", [*map(escape, names), "grid", "keeps all limits"], rows)
-    return folded_html("Table", whole)
+        design = best.designs.isel(sample=k)
+        values = [design[name] for name in names]
+        cells = [str(value.values) if value.dtype.kind == "U" else figure_text(float(value)) for value in values]
+        resolution, message = RESOLUTIONS[int(design["resolution"])], str(design["message"].values)
+        rows.append([*cells, resolution, "yes" if bool(design["feasible"]) else message or "no"])
+    return folded_html("Table", table("All designs", [*map(escape, names), "grid", "keeps all limits"], rows))

@@ -1,4 +1,4 @@
-"""Quantities that a design is judged by: a variable of a result, of which body and when, and limits of it."""
+"""Quantities by which a design is judged: a variable of a result, its body and wear state, and limits on it."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ _LIMIT = re.compile(
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that a result tells.
+    """A number from a result.
 
     Attributes
     ----------
     text : str
-        As it was asked for, e.g. ``"root_stress_max[pinion, worst]"``.
+        As given, e.g. ``"root_stress_max[pinion, worst]"``.
     variable : Variable
-        Of `/history` or `/life`.
+        A variable of `/history` or `/life`.
     body : str
-        Empty: of both bodies the worse one.
+        Empty: the worse of both bodies.
     time : str
-        ``"end"`` of the run, ``"unworn"``, or ``"worst"``: the worst of all wear states.
+        ``"end"``: at the end of the run; ``"unworn"``; or ``"worst"``: the worst of all wear states.
     """
 
     text: str
@@ -60,18 +60,18 @@ class Quantity:
         return self.variable.units
 
     def value(self, measured: Measured, *, low_is_good: bool) -> float:
-        """The number in a solved scene; NaN where its result has none, infinite for a life without end.
+        """Number of a solved scene; NaN if its result has none, infinite for a life without end.
 
         Parameters
         ----------
         measured : Measured
         low_is_good : bool
-            Decides which of several is the worst.
+            Whether the greatest of several values is the worst, else the least.
         """
         if self.path not in measured.variables:
             return float("nan")
         values, dims = np.asarray(measured.variables[self.path], float), list(self.variable.dims)
-        if values.ndim < len(dims):  # the last wear state alone was read off
+        if values.ndim < len(dims):  # only the last wear state was read off
             dims.remove(_STEPS)
         if "body" in dims and self.body:
             labels = [str(label) for label in measured.coords["body"]]
@@ -114,7 +114,7 @@ class Limit:
 
 
 def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity | None:
-    """A quantity from text; None and a problem where no result has it."""
+    """Quantity from text; None, with a problem added, if no result has it."""
     known = {name: entry for (group, name), entry in VARIABLES.items() if group in _GROUPS and entry.dtype != "str"}
     match = _TEXT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
@@ -122,15 +122,15 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
         problems.append(Problem(field, shown(text), "the name of a variable of /history or /life", fix))
         return None
     name = match["name"]
-    which = [word for word in re.split(r"[\s,]+", match["which"] or "") if word]
+    words = [word for word in re.split(r"[\s,]+", match["which"] or "") if word]
     if name not in known:
         meant = closest(name, list(known))
         fix = f"did you mean {meant}?" if meant else "see the group /history of a result"
         problems.append(Problem(field, shown(name), "a variable of /history or /life", fix))
         return None
     entry = known[name]
-    unknown = [word for word in which if word not in (*_TIMES, *_BODIES)]
-    bodies, times = [w for w in which if w in _BODIES], [w for w in which if w in _TIMES]
+    unknown = [word for word in words if word not in (*_TIMES, *_BODIES)]
+    bodies, times = [word for word in words if word in _BODIES], [word for word in words if word in _TIMES]
     if unknown or len(bodies) > 1 or len(times) > 1:
         allowed = f"one of {', '.join(_TIMES)} and one of {', '.join(_BODIES)} in the brackets"
         problems.append(Problem(field, shown(text), allowed, f"write {name}[pinion, worst], or {name} alone"))
@@ -143,23 +143,23 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
 
 
 def unmet_needs(field: str, quantity: Quantity, scene: Scene, varied: Iterable[str] = ()) -> list[Problem]:
-    """Problems of a quantity that results of a scene do not have.
+    """Problem of a quantity that results of a scene do not have; empty if they have it.
 
     Parameters
     ----------
     field : str
-        That asks for it.
+        Field that names the quantity, for the message.
     quantity : Quantity
     scene : Scene
     varied : iterable of str
-        Dotted keys that are still to be given, so that what they bring is not missed.
+        Dotted keys of varied fields; tables and fields that they add do not count as missing.
     """
-    given = [str(key) for key in varied]
+    keys = [str(key) for key in varied]
     missing = [
-        _needed(key, wanted)
-        for key, wanted in quantity.variable.needs.items()
-        if not _has(scene, key, wanted)
-        and not any(f"{one}.".startswith(f"{key}.") or key.startswith(f"{one}.") for one in given)
+        _needed(need, value)
+        for need, value in quantity.variable.needs.items()
+        if not _has(scene, need, value)
+        and not any(f"{key}.".startswith(f"{need}.") or need.startswith(f"{key}.") for key in keys)
     ]
     if not missing:
         return []
@@ -173,51 +173,51 @@ def unmet_needs(field: str, quantity: Quantity, scene: Scene, varied: Iterable[s
     ]
 
 
-def _has(scene: Scene, key: str, wanted: bool | str) -> bool:
+def _has(scene: Scene, key: str, needed: bool | str) -> bool:
     value = scene_value(scene, key)
-    if wanted is True:
+    if needed is True:
         return value is not None
-    return wanted in value if isinstance(value, list) else value == wanted
+    return needed in value if isinstance(value, list) else value == needed
 
 
-def _needed(key: str, wanted: bool | str) -> str:
-    if wanted is not True:
-        return f'"{wanted}" as {key}' if key != "wear.worn_bodies" else f'"{wanted}" among wear.worn_bodies'
+def _needed(key: str, needed: bool | str) -> str:
+    if needed is not True:
+        return f'"{needed}" as {key}' if key != "wear.worn_bodies" else f'"{needed}" among wear.worn_bodies'
     return f"[{key}]" if any(key in schema.tables for schema in SCHEMAS.values()) else key
 
 
 def measure_of_quantities(quantities: Sequence[Quantity]) -> Measure:
-    """Variables to be read off results for them, of the last wear state alone where no other is asked for."""
+    """Variables to read off results for the quantities; only of the last wear state if none needs another."""
     paths = tuple(dict.fromkeys(quantity.path for quantity in quantities))
     return Measure(paths, last=all(quantity.time == "end" for quantity in quantities))
 
 
 def limits_of(subject_to: object, problems: list[Problem]) -> tuple[Limit, ...]:
-    """Limits from text such as ``{"transmission_error_amplitude": "<= 2.5"}``; two in a list."""
-    found: list[Limit] = []
+    """Limits from text such as ``{"transmission_error_amplitude": "<= 2.5"}``; several for a quantity in a list."""
+    limits: list[Limit] = []
     if subject_to is None:
         return ()
     if not isinstance(subject_to, Mapping):
         fix = 'such as {"transmission_error_amplitude": "<= 2.5"}'
         problems.append(Problem("subject_to", shown(subject_to), "a mapping from quantities to limits", fix))
         return ()
-    for name, told in subject_to.items():
+    for name, given in subject_to.items():
         field = f"subject_to.{name}"
         quantity = quantity_of(field, name, problems)
-        for one in (told,) if isinstance(told, str) or not isinstance(told, Sequence) else told:
-            match = _LIMIT.fullmatch(one) if isinstance(one, str) else None
+        for text in (given,) if isinstance(given, str) or not isinstance(given, Sequence) else given:
+            match = _LIMIT.fullmatch(text) if isinstance(text, str) else None
             if match is None or not isfinite(float(match["value"])):
                 unit = f", in {quantity.units}" if quantity and quantity.units != "1" else ""
                 allowed = f'a sign and a number in quotes, such as "<= 2.5" or ">= 1e8"{unit}'
-                problems.append(Problem(field, shown(one), allowed, _meant_limit(one)))
+                problems.append(Problem(field, shown(text), allowed, _meant_limit(text)))
             elif quantity is not None:
-                found.append(Limit(quantity, float(match["value"]), match["sign"] == "<="))
-    return tuple(found)
+                limits.append(Limit(quantity, float(match["value"]), match["sign"] == "<="))
+    return tuple(limits)
 
 
-def _meant_limit(told: object) -> str:
-    """Advice for what is no limit: a decimal comma, a unit, another sign or none."""
-    match = re.fullmatch(r"\s*([<>=≤≥]*)(.*)", str(told), re.DOTALL)
+def _meant_limit(text: object) -> str:
+    """Advice for a text that is not a limit: it has a decimal comma, a unit, another sign or none."""
+    match = re.fullmatch(r"\s*([<>=≤≥]*)(.*)", str(text), re.DOTALL)
     value = None if match is None else meant_number(match[2])
     if match is None or value is None or not isfinite(float(value)):
         return "give a sign and a number"

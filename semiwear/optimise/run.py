@@ -17,14 +17,14 @@ from semiwear.optimise.space import Space, space_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
-from semiwear.sweep.bar import hearing
+from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.settled import settled
 from semiwear.threads import available_threads
 
 _MOST_FIELDS = 12
-_COUNT, _COUNT_A_FIELD = 20, 25  # designs that are tried
+_COUNT, _COUNT_PER_FIELD = 20, 25  # designs that are tried
 _FRONT = 5  # designs between the two ends of a front
-_SCAN = 4  # designs for each field, and as many more
+_SCAN = 4  # designs of the scan for each field, plus this number
 
 
 def optimise(
@@ -40,46 +40,47 @@ def optimise(
 ) -> Optimum:
     """Find the design whose worn flanks are best.
 
-    The space of designs is scanned by a Sobol' sequence on a coarse grid; each further design is the best that a
-    surrogate of the known ones sees (radial basis functions). What is found is solved at twice the resolution of the
-    scene, where aim and limits count, and the search goes on with what that corrects.
+    A Sobol' sequence scans the space of designs on a coarse grid; each further design is the optimum of a surrogate
+    through the known ones (radial basis functions). The best design is solved at twice the resolution of the scene,
+    where aim and limits count, and the search goes on with coarse values corrected accordingly.
 
     Parameters
     ----------
     scene : Scene
-        It needs a table ``[wear]``. Where its runs end at control depths, ask for meshes or a life.
+        It needs a table ``[wear]``. If its runs end at control depths, choose meshes or a life as the aim.
     vary : mapping
         From dotted key to a range ``(low, high)``, or to a list of choices. A range of a field that takes whole
         numbers, such as a number of teeth, stands for all of them.
     minimise, maximise : str or sequence of str
-        One or two variables of `/history` or `/life`, such as ``"wear_depth_max"``. In brackets: of which body, and
-        when, such as ``"root_stress_max[pinion, worst]"``. Without: of both bodies the worse, at the end of the run
-        (``unworn`` and ``worst``, of all wear states, are the others).
+        One or two variables of `/history` or `/life`, such as ``"wear_depth_max"``, with body and wear state in
+        brackets, such as ``"root_stress_max[pinion, worst]"``. Without brackets: the worse of both bodies at the end
+        of the run. Other wear states are ``unworn`` and ``worst``, the worst of all.
     subject_to : mapping, optional
         Limits, such as ``{"transmission_error_amplitude[worst]": "<= 2.5"}``, in the units of results.
     most : int, optional
-        About how many designs are tried on the coarse grid for each search: the scan takes a power of two of them and
-        the scene itself, and every design that is solved finely is followed by a quarter as many. Default: 20, and 25
-        more for each field.
+        Approximate number of designs tried on the coarse grid for each search: the scan takes a power of two and the
+        scene itself, and every design solved on a finer grid is followed by a quarter of this number. Default: 20,
+        plus 25 for each field.
     workers : int, optional
-        Processes of the scan; 0: in this process. Default: one a core.
+        Processes of the scan; 0: in this process. Default: one per core.
     progress : Progress or bool, optional
-        Hears of every design; True shows a bar (extra ``progress``).
+        Called after every design; True shows a bar (extra ``progress``).
 
     Returns
     -------
     Optimum
-        The best design, by how much it is better, its error, and all that were tried. `print` shows a summary.
+        The best design, its quantities before and after, their errors, and all designs that were tried. `print` shows
+        a summary.
 
     Raises
     ------
     SceneError
-        With everything that is wrong with the arguments, before anything runs; also where no design can be solved.
+        With all problems of the arguments, before anything runs; also if no design can be solved.
 
     Notes
     -----
-    With ``numerics.accuracy`` the scene's numbers are chosen once, for the scene as it is: the search, and the best
-    design, have these. A life without end is the greatest of all.
+    With ``numerics.accuracy`` the resolution is chosen once, for the scene as given, and kept for the search and the
+    best design. A life without end is infinite.
 
     Examples
     --------
@@ -92,8 +93,8 @@ def optimise(
     True
     """
     planned = plan_search(scene, vary, minimise, maximise, subject_to, most, workers)
-    with hearing(progress) as hears:
-        counter = _Counter(hears, planned.designs * (1 if len(planned.aims) == 1 else 2 + _FRONT))
+    with progress_receiver(progress) as report:
+        counter = _Counter(report, planned.designs * (1 if len(planned.aims) == 1 else 2 + _FRONT))
         count = available_threads() if workers is None else workers
         scene = settled(scene)
         designs = Designs(scene, planned.space, planned.aims, planned.limits, count, counter.add)
@@ -102,7 +103,7 @@ def optimise(
 
 @dataclass(frozen=True)
 class Search:
-    """A search that can run.
+    """A search whose arguments were checked.
 
     Attributes
     ----------
@@ -110,7 +111,7 @@ class Search:
     aims : tuple of Aim
     limits : tuple of Limit
     designs : int
-        How many are tried for one aim.
+        Number of designs tried for one aim.
     """
 
     space: Space
@@ -133,7 +134,7 @@ def plan_search(
     Raises
     ------
     SceneError
-        With everything that is wrong.
+        With all problems.
     """
     problems: list[Problem] = []
     space = None
@@ -146,13 +147,13 @@ def plan_search(
         problems += error.problems
     aims = _aims(minimise, maximise, problems)
     limits = limits_of(subject_to, problems)
-    asked = [("minimise" if aim.minimise else "maximise", aim.quantity) for aim in aims]
-    asked += [(f"subject_to.{limit.quantity.text}", limit.quantity) for limit in limits]
-    for field, quantity in asked:
+    judged = [("minimise" if aim.minimise else "maximise", aim.quantity) for aim in aims]
+    judged += [(f"subject_to.{limit.quantity.text}", limit.quantity) for limit in limits]
+    for field, quantity in judged:
         problems += unmet_needs(field, quantity, scene, vary if isinstance(vary, Mapping) else ())
     if scene.wear is None:
         problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
-    count = _COUNT + _COUNT_A_FIELD * (0 if space is None else len(space.fields)) if most is None else most
+    count = _COUNT + _COUNT_PER_FIELD * (0 if space is None else len(space.fields)) if most is None else most
     if not is_whole(count) or count < 1:
         problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))
     if workers is not None and (not is_whole(workers) or workers < 0):
@@ -163,29 +164,29 @@ def plan_search(
 
 
 def _aims(minimise: object, maximise: object, problems: list[Problem]) -> tuple[Aim, ...]:
-    found = []
+    aims = []
     for field, given in (("minimise", minimise), ("maximise", maximise)):
         if given is None:
             continue
         for text in [given] if isinstance(given, str) or not isinstance(given, Sequence) else given:
             quantity = quantity_of(field, text, problems)
             if quantity is not None:
-                found.append(Aim(quantity, field == "minimise"))
-    if len(found) == 2 and _same(*found):
+                aims.append(Aim(quantity, field == "minimise"))
+    if len(aims) == 2 and _same(*aims):
         fix = "leave one of them out; a limit of it goes into subject_to"
-        problems.append(Problem("maximise", shown(found[1].quantity.text), "another quantity than the first", fix))
-    if not problems and len(found) not in (1, 2):
-        fix = 'such as minimise="wear_depth_max"; what else matters goes into subject_to'
-        problems.append(Problem("minimise", f"{len(found)} quantities", "one or two, with maximise", fix))
-    return tuple(found)
+        problems.append(Problem("maximise", shown(aims[1].quantity.text), "another quantity than the first", fix))
+    if not problems and len(aims) not in (1, 2):
+        fix = 'such as minimise="wear_depth_max"; limits on other quantities go into subject_to'
+        problems.append(Problem("minimise", f"{len(aims)} quantities", "one or two, with maximise", fix))
+    return tuple(aims)
 
 
-def _same(one: Aim, other: Aim) -> bool:
-    return replace(one.quantity, text="") == replace(other.quantity, text="")
+def _same(first: Aim, second: Aim) -> bool:
+    return replace(first.quantity, text="") == replace(second.quantity, text="")
 
 
 class _Counter:
-    """Tells progress of every design."""
+    """Counts designs and reports each to the receiver of progress."""
 
     def __init__(self, progress: Progress, total: int):
         self._progress, self._total, self._done = progress, total, 0
@@ -197,38 +198,37 @@ class _Counter:
 
 
 def _front(designs: Designs, most: int) -> list[Found]:
-    """Best designs: one, or those of a front of two aims, from the best of the first to the best of the second."""
+    """Best design for one aim; for two the designs of the front, from the best of the first to that of the second."""
     scanned = scan(designs, min(_SCAN * (len(designs.space.fields) + 1), most))
     if not any(design.solved for design in scanned):
         reasons = list(dict.fromkeys(design.message for design in scanned))[:5]
         raise SceneError.of("vary", f"{len(scanned)} designs", "designs that can be solved", "; ".join(reasons))
-    left = max(most - len(scanned), 4)
-    ends = [Goal(aim, designs.bounds) for aim in range(len(designs.aims))]
-    found = [search_finely(designs, goal, left) for goal in ends]
+    remaining = max(most - len(scanned), 4)
+    ends = [search_finely(designs, Goal(aim, designs.bounds), remaining) for aim in range(len(designs.aims))]
     if len(designs.aims) == 1:
-        return found
+        return ends
     sign = 1.0 if designs.aims[1].minimise else -1.0
-    first, second = (sign * float(one.doubled.aims[1]) for one in found)
+    first, second = (sign * float(end.doubled.aims[1]) for end in ends)
     between = []
-    # no bound lies between ends of which one is not solved, or a life without end
-    shares = np.arange(1, _FRONT + 1) / (_FRONT + 1) if np.isfinite([first, second]).all() else ()
-    for share in shares:
-        goal = Goal(0, designs.bounds, first + share * (second - first))
-        between.append(search_finely(designs, goal, left // 2))
-    return _undominated(designs, [found[0], *between, found[1]])
+    # no bounds can be set between the ends if one is not solved or is a life without end
+    fractions = np.arange(1, _FRONT + 1) / (_FRONT + 1) if np.isfinite([first, second]).all() else ()
+    for fraction in fractions:
+        goal = Goal(0, designs.bounds, first + fraction * (second - first))
+        between.append(search_finely(designs, goal, remaining // 2))
+    return _undominated(designs, [ends[0], *between, ends[1]])
 
 
 def _undominated(designs: Designs, found: list[Found]) -> list[Found]:
-    """Designs that keep the limits, none of which is better in both aims; all where none keeps them.
+    """Designs that keep the limits and are not dominated (no other is better in both aims); all if none keeps them.
 
-    On the finer grid, and of those on the grid of the scene, on which they are told.
+    Domination is judged first on the finer grid, then on the grid of the scene, whose values are reported.
     """
     signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    kept = [one for one in found if one.kept] or [one for one in found if one.doubled.solved] or found
-    kept = [one for one in kept if one.own.solved] or kept
-    chosen = list({one.own.place.tobytes(): one for one in kept}.values())
+    kept = [end for end in found if end.kept] or [end for end in found if end.doubled.solved] or found
+    kept = [end for end in kept if end.own.solved] or kept
+    chosen = list({end.own.point.tobytes(): end for end in kept}.values())
     for name in ("doubled", "own"):
-        values = signs * np.stack([getattr(one, name).aims for one in chosen])
-        worse = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
-        chosen = [one for one, is_worse in zip(chosen, worse, strict=True) if not is_worse]
+        values = signs * np.stack([getattr(end, name).aims for end in chosen])
+        dominated = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
+        chosen = [end for end, is_dominated in zip(chosen, dominated, strict=True) if not is_dominated]
     return chosen

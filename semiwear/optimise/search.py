@@ -1,11 +1,11 @@
-"""Search for the best design: a scan of the space, then designs that a surrogate of all known ones calls for.
+"""Search for the best design: a scan of the space, then designs chosen by a surrogate of all known ones.
 
-The scan is a scrambled Sobol' sequence at a coarse resolution. Each further design is the best that the surrogate
-sees in a region about the best known one, which grows and shrinks with success (a trust region). Of four designs one
-is the best far from all that are known, so that a second valley is not missed (Regis and Shoemaker 2007, INFORMS J.
-Comput. 19, 497-509), and one the best on folds through the designs around (`fold`). Where the region has closed, the
-search begins anew about the best design elsewhere. Limits have a margin that grows as long as designs which should
-keep them do not (Regis 2014, Eng. Optim. 46, 218-243).
+The scan is a scrambled Sobol' sequence at a coarse resolution. Each further design is the optimum of the surrogate in
+a trust region about the best known design, which grows and shrinks with success. Of every four designs one is the
+optimum far from all known designs, so that a second minimum is not missed (Regis and Shoemaker 2007, INFORMS J.
+Comput. 19, 497-509), and one the optimum of folds through the designs around (`fold`). When the region has become too
+small, the search begins anew about the best design elsewhere. Limits have a margin that grows while designs which
+should keep them do not (Regis 2014, Eng. Optim. 46, 218-243).
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ from semiwear.optimise.surrogate import Surrogate, inputs_of
 
 _SEED = 20011
 _FIRST_RADIUS, _LAST_RADIUS = 0.25, 0.002  # of the ranges
-_ELSEWHERE = 0.15  # of a range: another valley than the one about a design in which a search has ended
-_EVERY, _FOLD_TURN, _FAR_TURN = 4, 1, 3  # of four designs one is that of a fold, one is far from what is known
+_ELSEWHERE = 0.15  # of a range: least distance of another minimum from a design at which a search has ended
+_EVERY, _FOLD_TURN, _FAR_TURN = 4, 1, 3  # of four designs one is from folds, one is far from known designs
 _CANDIDATES = 512
-_ZOOMS, _ZOOM = 4, 0.3  # times that candidates are drawn anew about the best of them, and how much closer
-_APART = 0.1  # of the region: least distance to what is known
-_FAR = 0.5  # of the greatest distance to what is known that a design can have
+_ZOOMS, _ZOOM = 4, 0.3  # times that candidates are drawn anew about the best of them, and factor on the radius
+_APART = 0.1  # of the region's radius: least distance to known designs
+_FAR = 0.5  # of the greatest distance to known designs among the candidates
 _FIRST_MARGIN, _MOST_MARGIN = 0.002, 0.03  # of a limit
 
 
 @dataclass(frozen=True)
 class Goal:
-    """One search: which aim counts, under which bounds, and by how much coarse values are corrected.
+    """Goal of one search: its aim, the bounds, and the correction of coarse values.
 
     Attributes
     ----------
     aim : int
     bounds : (limits,) array
     other : float or None
-        Bound on the other one of two aims, as the first is minimised.
+        Bound on the other of two aims, with the sign by which it is minimised.
     correction : Correction or None
-        What is added to aims and limited quantities of a coarse grid.
+        Added to aims and limited quantities of the coarse grid.
     """
 
     aim: int
@@ -55,30 +55,30 @@ class Goal:
 
 
 def scan(designs: Designs, count: int) -> list[Design]:
-    """Designs all over the space, the scene itself among them."""
+    """Designs spread over the space; the first is the scene itself."""
     fields = len(designs.space.fields)
     sequence = qmc.Sobol(fields, scramble=True, seed=_SEED)
-    places = [designs.space.start(designs.scene), *sequence.random_base2(max(int(np.ceil(np.log2(count))), 0))]
-    return designs.solved(places, COARSE)
+    points = [designs.space.start(designs.scene), *sequence.random_base2(max(int(np.ceil(np.log2(count))), 0))]
+    return designs.solved(points, COARSE)
 
 
 @dataclass(frozen=True)
 class _Region:
-    """Where the next design is looked for.
+    """Trust region for the next design.
 
     Attributes
     ----------
     radius : float
-        About the best known design, of the ranges.
+        Half-width about the best known design, as a fraction of the ranges.
     margin : float
-        Of the limits.
+        Margin on the limits, as a fraction of their size.
     """
 
     radius: float
     margin: float = 0.0
 
     def after(self, *, better: bool, far: bool, broken: bool) -> _Region:
-        """The region after a design that was better or not, far from the region or in it, beyond a limit or not."""
+        """Region after a design: whether it was better, outside the region (far), and whether it broke a limit."""
         margin = min(max(2.0 * self.margin, _FIRST_MARGIN), _MOST_MARGIN) if broken else 0.5 * self.margin
         if far:
             return replace(self, radius=_FIRST_RADIUS) if better else self
@@ -86,9 +86,9 @@ class _Region:
 
 
 def search(designs: Designs, goal: Goal, most: int) -> Design:
-    """The best design on a coarse grid after `most` further ones.
+    """Best design on the coarse grid after `most` further ones.
 
-    Where the region has closed about a design, the search begins anew about the best one that lies elsewhere.
+    When the region about a design has become too small, the search begins anew about the best design elsewhere.
     """
     region = _Region(_FIRST_RADIUS)
     ends: list[FloatArray] = []
@@ -96,91 +96,91 @@ def search(designs: Designs, goal: Goal, most: int) -> Design:
         known = best(designs, goal, ends)
         if known is None:
             break
-        place = _next(designs, goal, known.place, region, step)
-        if place is None or region.radius < _LAST_RADIUS:
-            ends.append(known.place)
+        point = _next(designs, goal, known.point, region, step)
+        if point is None or region.radius < _LAST_RADIUS:
+            ends.append(known.point)
             region = _Region(_FIRST_RADIUS, region.margin)
             continue
-        (tried,) = designs.solved([place], COARSE)
+        (tried,) = designs.solved([point], COARSE)
         rank, before = ranks_of(values_of(designs, goal, [tried, known]))
         better = rank < before and _elsewhere(tried, ends)
         region = region.after(better=better, far=step % _EVERY == _FAR_TURN, broken=rank[0] > 0.0)
-    found = best(designs, goal)
-    assert found is not None  # the scan has tried some
-    return found
+    result = best(designs, goal)
+    assert result is not None  # the scan has tried some
+    return result
 
 
 def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, step: int) -> FloatArray | None:
-    """The best new design that a surrogate sees, about `centre` or far from all that are known; None without one."""
+    """Optimum of the surrogate about `centre`, or far from all known designs; None if there is no new design."""
     tried = [design for design in designs.tried if design.resolution == COARSE]
-    fails = [not one.solved or doubt for one, doubt in zip(tried, _may_fail_finely(designs, tried), strict=True)]
+    fails = _may_fail_finely(designs, tried) | np.array([not design.solved for design in tried], dtype=bool)
     solved = [design for design, fail in zip(tried, fails, strict=True) if not fail]
-    failed = [design.place for design, fail in zip(tried, fails, strict=True) if fail]
+    failed = [design.point for design, fail in zip(tried, fails, strict=True) if fail]
     if not solved:
         return None
     surrogate = Surrogate(
         designs.space,
-        np.stack([design.place for design in solved]),
+        np.stack([design.point for design in solved]),
         finite_of(values_of(designs, goal, solved)),
         np.reshape(failed, (-1, len(designs.space.fields))),
     )
     if step % _EVERY == _FAR_TURN:
-        places = qmc.Sobol(len(centre), scramble=True, seed=_SEED + step).random(_CANDIDATES)
-        away = surrogate.distance(places)
-        return _best_of(surrogate, places[away >= _FAR * away.max()], region.margin)
+        points = qmc.Sobol(len(centre), scramble=True, seed=_SEED + step).random(_CANDIDATES)
+        distance = surrogate.distance(points)
+        return _best_of(surrogate, points[distance >= _FAR * distance.max()], region.margin)
     if step % _EVERY == _FOLD_TURN:
         surrogate = surrogate.folded(centre)
-    radius, found = region.radius, centre
+    radius, optimum = region.radius, centre
     for _ in range(_ZOOMS):
-        places = _about(designs.space, found, radius, choices=radius == region.radius)
-        apart = surrogate.distance(places) >= _APART * region.radius
-        seen = _best_of(surrogate, places[apart], region.margin)
-        if seen is None:
+        points = _about(designs.space, optimum, radius, choices=radius == region.radius)
+        apart = surrogate.distance(points) >= _APART * region.radius
+        better = _best_of(surrogate, points[apart], region.margin)
+        if better is None:
             break
-        found, radius = seen, _ZOOM * radius
-    return None if found is centre else found
+        optimum, radius = better, _ZOOM * radius
+    return None if optimum is centre else optimum
 
 
 def finite_of(values: FloatArray) -> FloatArray:
-    """Values for a surrogate (n, values): of a life without end one beyond all others by as much as these spread."""
-    found = values.copy()
-    for column in found.T:
+    """Values for a surrogate (n, values): an infinite one is replaced by one beyond all others, by their spread."""
+    finite = values.copy()
+    for column in finite.T:
         known = column[np.isfinite(column)]
         low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
         spread = high - low or abs(high) or 1.0
         np.clip(column, low - spread, high + spread, out=column)
-    return found
+    return finite
 
 
 def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) -> FloatArray:
-    """Designs about a centre (n, fields), the centre among them; with `choices` half of them make another one."""
+    """Designs about a centre (n, fields), the centre first; with `choices` half of them change one of its choices."""
     drawn = qmc.Sobol(len(centre), scramble=True, seed=_SEED).random(_CANDIDATES)
     free = space.continuous
-    places = np.tile(centre, (_CANDIDATES, 1))
-    places[1:, free] = np.clip(centre[free] + radius * (2.0 * drawn[1:, free] - 1.0), 0.0, 1.0)
+    points = np.tile(centre, (_CANDIDATES, 1))
+    points[1:, free] = np.clip(centre[free] + radius * (2.0 * drawn[1:, free] - 1.0), 0.0, 1.0)
     fixed = np.setdiff1d(np.arange(len(centre)), free)
     if choices and fixed.size:
-        # runs of the sequence: every second one of it lies in the same half of a coordinate
+        # consecutive rows, since every second point of the sequence lies in the same half of a coordinate
         for column, rows in zip(fixed, np.array_split(np.arange(1, _CANDIDATES // 2), fixed.size), strict=True):
-            places[rows, column] = drawn[rows, column]
-    return np.stack([space.snapped(place) for place in places])
+            points[rows, column] = drawn[rows, column]
+    return np.stack([space.snapped(point) for point in points])
 
 
-def _best_of(surrogate: Surrogate, places: FloatArray, margin: float) -> FloatArray | None:
-    """The place whose limits are kept with a margin and whose aim is least, else the one that is least beyond."""
-    places = places[~surrogate.may_fail(places)] if len(places) else places
-    if not len(places):
+def _best_of(surrogate: Surrogate, points: FloatArray, margin: float) -> FloatArray | None:
+    """Point of least aim among those that keep the limits with a margin, else the one of least violation."""
+    points = points[~surrogate.may_fail(points)] if len(points) else points
+    if not len(points):
         return None
-    values = surrogate.at(places)
-    beyond = np.maximum(values[:, 1:].max(axis=1, initial=-np.inf) + margin, 0.0)
-    return np.asarray(places[np.lexsort((values[:, 0], beyond))[0]])
+    values = surrogate.at(points)
+    violation = np.maximum(values[:, 1:].max(axis=1, initial=-np.inf) + margin, 0.0)
+    return np.asarray(points[np.lexsort((values[:, 0], violation))[0]])
 
 
 def best(designs: Designs, goal: Goal, ends: Sequence[FloatArray] = ()) -> Design | None:
-    """The best design that is known on the coarse grid: the least violation where no one keeps the limits.
+    """Best known design on the coarse grid, the one of least violation if none keeps the limits.
 
-    Of those that lie elsewhere than about some places; None where there is none. Those next to one that could not
-    be solved at twice the resolution come last.
+    Designs about `ends` are left out; None if no others are left. Those whose neighbour could not be solved at twice
+    the resolution come last.
     """
     tried = [design for design in designs.tried if design.resolution == COARSE and _elsewhere(design, ends)]
     values = values_of(designs, goal, tried)
@@ -190,44 +190,46 @@ def best(designs: Designs, goal: Goal, ends: Sequence[FloatArray] = ()) -> Desig
 
 
 def _may_fail_finely(designs: Designs, tried: Sequence[Design]) -> BoolArray:
-    """Whether, of the designs at twice the resolution, the one next to each could not be solved."""
+    """Whether the nearest design at twice the resolution could not be solved, for each coarse design (n,)."""
     fine = [design for design in designs.tried if design.resolution == DOUBLED]
-    failed = [design.place for design in fine if not design.solved]
+    failed = [design.point for design in fine if not design.solved]
     if not failed or not tried:
         return np.zeros(len(tried), dtype=bool)
-    solved = [design.place for design in fine if design.solved]
-    at = inputs_of(designs.space, np.stack([design.place for design in tried]))
-    far = [cdist(at, inputs_of(designs.space, np.stack(one))).min(axis=1) for one in (failed, solved) if one]
-    return np.asarray(far[0] < far[1] if solved else far[0] == 0.0)
+    solved = [design.point for design in fine if design.solved]
+    inputs = inputs_of(designs.space, np.stack([design.point for design in tried]))
+    to_failed, *to_solved = (
+        cdist(inputs, inputs_of(designs.space, np.stack(others))).min(axis=1) for others in (failed, solved) if others
+    )
+    return np.asarray(to_failed < to_solved[0] if to_solved else to_failed == 0.0)
 
 
 def _elsewhere(design: Design, ends: Sequence[FloatArray]) -> bool:
-    return all(np.abs(design.place - end).max() >= _ELSEWHERE for end in ends)
+    return all(np.abs(design.point - end).max() >= _ELSEWHERE for end in ends)
 
 
 def ranks_of(values: FloatArray) -> list[tuple[float, float]]:
-    """Of designs with values (n, 1 + limits) the violation of the limits, then the aim: lower is better."""
+    """Ranks of designs from values (n, 1 + limits): the violation of the limits, then the aim; lower is better."""
     return list(zip(values[:, 1:].max(axis=1, initial=0.0).tolist(), values[:, 0].tolist(), strict=True))
 
 
 def values_of(designs: Designs, goal: Goal, tried: Sequence[Design]) -> FloatArray:
-    """Of each design the aim, lower is better, and the excess over every limit over its size, (n, 1 + limits).
+    """Aim of each design, lower is better, and its excess over every limit, relative to its size, (n, 1 + limits).
 
-    Corrected as the goal says; infinite where a design could not be solved. A life without end is -inf where it is to
-    be great.
+    The correction of the goal is applied. Values are infinite for a design that could not be solved; a life without
+    end is -inf if it is maximised.
     """
     aims, limited = (
-        np.array([getattr(one, name) for one in tried]).reshape(len(tried), len(told))
-        for name, told in (("aims", designs.aims), ("limited", designs.limits))
+        np.array([getattr(design, name) for design in tried]).reshape(len(tried), len(judged))
+        for name, judged in (("aims", designs.aims), ("limited", designs.limits))
     )
     if goal.correction is not None and len(tried):
-        wrong = goal.correction.at(np.stack([one.place for one in tried]))
-        aims, limited = aims + wrong[:, : len(designs.aims)], limited + wrong[:, len(designs.aims) :]
-    signs = np.array([1.0 if one.minimise else -1.0 for one in designs.aims])
+        errors = goal.correction.at(np.stack([design.point for design in tried]))
+        aims, limited = aims + errors[:, : len(designs.aims)], limited + errors[:, len(designs.aims) :]
+    signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
     senses = np.array([1.0 if limit.at_most else -1.0 for limit in designs.limits])
     sizes = np.array([size_of(limit) for limit in designs.limits])
     columns = [(signs * aims)[:, goal.aim, None], senses * (limited - goal.bounds) / sizes]
     if goal.other is not None:
         columns.append(((signs * aims)[:, 1 - goal.aim, None] - goal.other) / (abs(goal.other) or 1.0))
-    found = np.hstack(columns)
-    return np.where(np.isnan(found).any(axis=1, keepdims=True), np.inf, found)
+    values = np.hstack(columns)
+    return np.where(np.isnan(values).any(axis=1, keepdims=True), np.inf, values)

@@ -1,4 +1,4 @@
-"""Designs that are searched: ranges of numbers, whole numbers, and choices from a list."""
+"""Space of the designs of a search: ranges of numbers, whole numbers, and choices from a list."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from semiwear.scene.values import is_number, shown
 from semiwear.sweep.variation import read_variation
 from semiwear.untyped import Table, Value
 
-_SAME = 1e-9  # of a range
+_ROUNDING = 1e-9  # of a range
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class DesignField:
     key : str
         Dotted key.
     name : str
-        In tables: as short as can be told apart.
+        Name in tables: the shortest that is unique.
     values : tuple
         The two ends of a range, or all choices.
     continuous : bool
-        Whether every number between the two may be taken.
+        Whether every number of the range is allowed.
     """
 
     key: str
@@ -38,31 +38,31 @@ class DesignField:
     values: tuple[Value, ...]
     continuous: bool
 
-    def value(self, place: float) -> Value:
-        """The field's value at a place in [0, 1]."""
+    def value(self, coordinate: float) -> Value:
+        """Value of the field at a coordinate in [0, 1]."""
         if self.continuous:
             low, high = float(self.values[0]), float(self.values[1])
-            return low + min(max(place, 0.0), 1.0) * (high - low)
-        return self.values[self.index(place)]
+            return low + min(max(coordinate, 0.0), 1.0) * (high - low)
+        return self.values[self.index(coordinate)]
 
-    def index(self, place: float) -> int:
-        """Which of the choices a place in [0, 1] stands for."""
-        return min(int(place * len(self.values)), len(self.values) - 1)
+    def index(self, coordinate: float) -> int:
+        """Index of the choice at a coordinate in [0, 1]."""
+        return min(int(coordinate * len(self.values)), len(self.values) - 1)
 
-    def place(self, value: Value) -> float | None:
-        """The place of a value, None where it is none of the field's."""
+    def coordinate(self, value: Value) -> float | None:
+        """Coordinate of a value, None if the field cannot have it."""
         if not self.continuous:
             return (self.values.index(value) + 0.5) / len(self.values) if value in self.values else None
         low, high = float(self.values[0]), float(self.values[1])
         if not is_number(value) or high <= low:
             return None
-        share = (float(value) - low) / (high - low)
-        return min(max(share, 0.0), 1.0) if -_SAME <= share <= 1.0 + _SAME else None
+        fraction = (float(value) - low) / (high - low)
+        return min(max(fraction, 0.0), 1.0) if -_ROUNDING <= fraction <= 1.0 + _ROUNDING else None
 
 
 @dataclass(frozen=True)
 class Space:
-    """All designs.
+    """Space of all designs.
 
     Attributes
     ----------
@@ -73,33 +73,33 @@ class Space:
 
     @property
     def continuous(self) -> IntArray:
-        """Places in a design that may be any number."""
+        """Indices of the continuous fields."""
         return np.flatnonzero([field.continuous for field in self.fields])
 
     def changes(self, design: FloatArray) -> Table:
         """Fields of the scene for a design, (fields,) in [0, 1]."""
-        return {field.key: field.value(float(place)) for field, place in zip(self.fields, design, strict=True)}
+        return {field.key: field.value(float(x)) for field, x in zip(self.fields, design, strict=True)}
 
     def snapped(self, design: FloatArray) -> FloatArray:
-        """The same design, with the one place of each choice that stands for it."""
-        found = np.clip(design, 0.0, 1.0)
+        """The same design, with every choice moved to the middle of its interval."""
+        snapped = np.clip(design, 0.0, 1.0)
         for k, field in enumerate(self.fields):
             if not field.continuous:
-                found[k] = (field.index(float(found[k])) + 0.5) / len(field.values)
-        return found
+                snapped[k] = (field.index(float(snapped[k])) + 0.5) / len(field.values)
+        return snapped
 
     def start(self, scene: Scene) -> FloatArray:
-        """The scene itself as a design, in the middle of what it does not give."""
-        found = []
+        """The scene itself as a design; 0.5 for fields that it does not give."""
+        coordinates = []
         for field in self.fields:
             value = scene_value(scene, field.key)
-            place = None if value is None else field.place(value)
-            found.append(0.5 if place is None else place)
-        return np.array(found)
+            coordinate = None if value is None else field.coordinate(value)
+            coordinates.append(0.5 if coordinate is None else coordinate)
+        return np.array(coordinates)
 
 
 def scene_value(scene: Scene, key: str) -> Value:
-    """A field of a scene, None where it is not given."""
+    """Value of a scene's field, None if it is not given."""
     data: Value = scene.to_dict()
     for name in key.split("."):
         if not isinstance(data, Mapping) or name not in data:
@@ -109,14 +109,14 @@ def scene_value(scene: Scene, key: str) -> Value:
 
 
 def space_of(scene: Scene, vary: object) -> Space:
-    """Ranges ``(low, high)`` and lists of choices, by dotted key.
+    """Space of the designs that vary fields over ranges ``(low, high)`` or lists of choices, by dotted key.
 
     A range of a field that takes whole numbers, such as a number of teeth, becomes the list of all of them.
 
     Raises
     ------
     SceneError
-        With everything that is wrong.
+        With all problems.
     """
     problems: list[Problem] = []
     if not isinstance(vary, Mapping) or not vary:
@@ -124,13 +124,13 @@ def space_of(scene: Scene, vary: object) -> Space:
         fix = 'such as {"effects.modification.pinion.tip_relief_um": (0, 60)}'
         raise SceneError([Problem("vary", shown(vary), allowed, fix)], "optimise")
     lists: dict[str, Sequence[object]] = {}
-    for key, told in vary.items():
-        if isinstance(told, tuple) and not (len(told) == 2 and all(is_number(one) for one in told)):
-            problems.append(Problem(str(key), shown(told), "(low, high), two numbers", "give a list for choices"))
-        elif isinstance(told, tuple) and not told[0] < told[1]:
-            fix = "exchange the two" if told[0] > told[1] else "give ends that differ, or change the scene"
-            problems.append(Problem(str(key), shown(told), "low below high", fix))
-        lists[key] = told
+    for key, given in vary.items():
+        if isinstance(given, tuple) and not (len(given) == 2 and all(is_number(end) for end in given)):
+            problems.append(Problem(str(key), shown(given), "(low, high), two numbers", "give a list for choices"))
+        elif isinstance(given, tuple) and not given[0] < given[1]:
+            fix = "exchange the two" if given[0] > given[1] else "give ends that differ, or change the scene"
+            problems.append(Problem(str(key), shown(given), "low below high", fix))
+        lists[key] = given
     variation = None
     try:
         variation = read_variation(scene, lists, "grid")

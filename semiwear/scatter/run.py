@@ -21,7 +21,7 @@ from semiwear.scene.edit import edited
 from semiwear.scene.schema import schema_of_scene
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
-from semiwear.sweep.bar import hearing
+from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.measure import measure_of
 from semiwear.sweep.run import Job, crew_of, read_job, run_job
 from semiwear.sweep.scenes import gather
@@ -107,7 +107,7 @@ def scatter(
     kept = open_store(store)
 
     def solve(sweep: Job) -> xr.Dataset:
-        with hearing(progress) as report:
+        with progress_receiver(progress) as report:
             return run_job(sweep, kept, report)
 
     return job.statistics(solve)

@@ -42,6 +42,6 @@ class Bar:
         self._bar.update(done - self._bar.n)
 
 
-def hearing(progress: Progress | bool | None) -> AbstractContextManager[Progress]:
+def progress_receiver(progress: Progress | bool | None) -> AbstractContextManager[Progress]:
     """Receiver of progress, for a `with` statement: a new bar if True, one that does nothing if None."""
     return Bar() if progress is True else nullcontext(progress or NoProgress())

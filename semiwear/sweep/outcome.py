@@ -38,14 +38,14 @@ class Status(IntEnum):
     ENDLESS = 4
 
     @property
-    def tells(self) -> bool:
+    def has_numbers(self) -> bool:
         """Whether the numbers of a scene count; the life or run of an endless one is infinite."""
         return self in (Status.DONE, Status.ENDLESS)
 
 
 def has_numbers(status: ArrayLike) -> BoolArray:
     """Whether the numbers of scenes with these ends count, of the same shape."""
-    return np.isin(status, [kind for kind in Status if kind.tells])
+    return np.isin(status, [kind for kind in Status if kind.has_numbers])
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.assemble import assembled
-from semiwear.sweep.bar import hearing
+from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.cluster import on_cluster
 from semiwear.sweep.measure import Measure, measure_of
 from semiwear.sweep.outcome import Outcome
@@ -110,7 +110,7 @@ def sweep(
     [0, 0]
     """
     job = read_job(scene, vary, measure=measure, wear_states=wear_states, combine=combine, crew=(workers, client))
-    with hearing(progress) as report:
+    with progress_receiver(progress) as report:
         return run_job(job, open_store(store), report)
 
 
@@ -218,13 +218,13 @@ def solve_job(job: Job, store: Store, progress: Progress) -> None:
             missing.append(task)
         else:
             done += scenes[key]
-            failed += scenes[key] * (not kept.status.tells)
+            failed += scenes[key] * (not kept.status.has_numbers)
     total = len(job.members)
     progress.step(done, total, _failures_text(failed))
     for outcome in _outcomes(job, missing):
         store.put(outcome)
         done += scenes[outcome.key]
-        failed += scenes[outcome.key] * (not outcome.status.tells)
+        failed += scenes[outcome.key] * (not outcome.status.has_numbers)
         progress.step(done, total, _failures_text(failed))
 
 

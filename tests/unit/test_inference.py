@@ -575,7 +575,7 @@ def test_a_stopped_inference_says_which_runs_are_kept(solved, tmp_path, monkeypa
     study = ALONE.replace("TOP", "").replace("[[reading]]", f"{torque}\n[[reading]]")
     (tmp_path / "study.toml").write_text(study)
     assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 130
-    assert "; 5 solved scenes are kept in runs, the same command goes on from them" in capsys.readouterr().err
+    assert "; 5 solved scenes are kept in runs, the same command continues from them" in capsys.readouterr().err
     monkeypatch.setattr(outcome, "simulate", simulate)
     assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 0
     assert len(solved) == 32

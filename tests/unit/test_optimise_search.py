@@ -75,7 +75,7 @@ def test_a_search_without_success_begins_anew_elsewhere_until_nothing_lies_there
 
     monkeypatch.setattr(module, "_next", worse)
     found = search(designs, FREE, 100)
-    assert found.place.tolist() == [0.5, 0.5]
+    assert found.point.tolist() == [0.5, 0.5]
     # the region is halved at every design but at those far away, until it is less than 0.002
     first, second = [0, 1, 2, 3, 3, 4, 5, 6, 6, 7], [0, 1, 1, 2, 3, 4, 4, 5, 6, 7]
     assert [radius for _, radius, _ in heard] == pytest.approx(0.25 / 2.0 ** np.array(first + second))
@@ -118,7 +118,7 @@ def test_a_region_in_which_there_is_no_design_ends_at_once(monkeypatch):
     designs = Tried(lambda place, _: ([place[0]], []))
     designs.solved([np.array([place, 0.5]) for place in (0.9, 0.1, 0.5)], COARSE)
     heard = scripted(monkeypatch, [])
-    assert search(designs, FREE, 10).place[0] == 0.1
+    assert search(designs, FREE, 10).point[0] == 0.1
     assert [centre for centre, _ in heard] == [0.1, 0.5, 0.9] and len(designs.tried) == 3
 
 
@@ -147,8 +147,8 @@ def test_a_scan_holds_the_scene_itself_and_fills_the_space_evenly():
     space = space_of(SHIPPED, {torque: (0.8 * given, 1.8 * given), RELIEF: (0, 60)})
     designs = Tried(lambda place, _: ([0.0], []), space=space)
     found = scan(designs, 12)
-    assert found[0].place == pytest.approx([0.2, 0.5])
-    rest = np.array([design.place for design in found[1:]])
+    assert found[0].point == pytest.approx([0.2, 0.5])
+    rest = np.array([design.point for design in found[1:]])
     for column in rest.T:
         assert sorted((16 * column).astype(int)) == list(range(16))
 
@@ -285,7 +285,7 @@ def test_the_best_design_keeps_its_limits_before_its_aim_counts():
     designs = Tried(lambda place, _: ([place[0]], [place[1]]), limits=(Limit(SHARE, 0.5, True),))
     designs.solved([np.array(place) for place in ([0.1, 0.9], [0.4, 0.4], [0.3, 0.5], [0.2, 0.6])], COARSE)
     designs.solved([np.array([0.0, 0.0])], DOUBLED)  # of another grid
-    assert best(designs, Goal(0, designs.bounds)).place.tolist() == [0.3, 0.5]
+    assert best(designs, Goal(0, designs.bounds)).point.tolist() == [0.3, 0.5]
 
 
 def test_designs_next_to_one_that_failed_finely_come_last():
@@ -293,9 +293,9 @@ def test_designs_next_to_one_that_failed_finely_come_last():
     designs = Tried(lambda place, at: ([np.nan if at == DOUBLED and place[0] > 0.6 else 1.0 - place[0]], []))
     designs.solved([np.array([place, 0.5]) for place in (0.1, 0.3, 0.5, 0.7, 0.9)], COARSE)
     designs.solved([np.array([0.9, 0.5])], DOUBLED)
-    assert best(designs, FREE).place[0] == 0.7
+    assert best(designs, FREE).point[0] == 0.7
     designs.solved([np.array([0.1, 0.5])], DOUBLED)
-    assert best(designs, FREE).place[0] == 0.5  # as near to either
+    assert best(designs, FREE).point[0] == 0.5  # as near to either
 
 
 # ---------------------------------------------------------------------- finer grids
@@ -346,8 +346,8 @@ def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkey
         wrong = (1.0 + known[:, :1]) * [0.1, 0.1, -0.1]
         np.testing.assert_allclose(goal.correction.at(known), wrong)
     assert found.kept
-    assert found.doubled.place[0] == 0.35 and found.doubled.resolution == DOUBLED
-    assert found.own.resolution == OWN and found.own.place[0] == 0.35
+    assert found.doubled.point[0] == 0.35 and found.doubled.resolution == DOUBLED
+    assert found.own.resolution == OWN and found.own.point[0] == 0.35
 
 
 def test_a_design_that_keeps_its_limits_is_left_for_a_better_one(monkeypatch):
@@ -358,7 +358,7 @@ def test_a_design_that_keeps_its_limits_is_left_for_a_better_one(monkeypatch):
     )
     searched(monkeypatch, designs, [0.5, 0.59, 0.61, 0.59], [])
     found = search_finely(designs, Goal(0, designs.bounds), 20)
-    assert found.kept and found.own.place[0] == 0.61  # the fourth is known
+    assert found.kept and found.own.point[0] == 0.61  # the fourth is known
 
 
 @pytest.mark.parametrize(
@@ -372,7 +372,7 @@ def test_a_design_far_away_that_may_be_better_is_solved_finely(monkeypatch, erro
     designs.solved([np.array([0.9, 0.0])], COARSE)
     searched(monkeypatch, designs, [0.1, 0.5, 0.5, 0.5], [])
     best = search_finely(designs, FREE, 20)
-    fine = [float(one.place[0]) for one in designs.tried if one.resolution == DOUBLED]
+    fine = [float(one.point[0]) for one in designs.tried if one.resolution == DOUBLED]
     assert fine == ([0.1, 0.5, 0.9] if seen else [0.1, 0.5])
     assert best.doubled.aims[0] == min(coarse[at] + wrong[at] for at in fine)
 
@@ -397,7 +397,7 @@ def test_a_design_that_fails_finely_gives_way_to_the_next_best_one():
     designs.solved([np.array([place, 0.5]) for place in (0.1, 0.3, 0.5, 0.7, 0.9)], COARSE)
     found = search_finely(designs, FREE, 8)
     assert found.kept and found.own.solved and found.doubled.solved
-    assert 0.4 < found.doubled.place[0] <= 0.6
+    assert 0.4 < found.doubled.point[0] <= 0.6
     assert sum(not one.solved for one in designs.tried) > 0
 
 
@@ -414,7 +414,7 @@ def test_a_life_without_end_is_the_best_and_goes_into_no_surrogate():
     designs = Tried(lambda place, _: ([np.inf if place[0] > 0.8 else 1e7 * (1.0 + place[0])], []), aims=lives)
     designs.solved([np.array([place, 0.5]) for place in (0.1, 0.3, 0.5, 0.7)], COARSE)
     found = search_finely(designs, FREE, 12)
-    assert np.isinf(found.doubled.aims[0]) and found.own.place[0] > 0.8
+    assert np.isinf(found.doubled.aims[0]) and found.own.point[0] > 0.8
     assert values_of(designs, FREE, [found.doubled])[0, 0] == -np.inf
     spread = finite_of(np.array([[-np.inf, 1.0], [2.0, np.inf], [4.0, 3.0]]))
     np.testing.assert_array_equal(spread, [[0.0, 1.0], [2.0, 5.0], [4.0, 3.0]])

@@ -456,7 +456,7 @@ def test_the_command_line_tells_what_lies_there(small, tmp_path, monkeypatch, ca
     told = capsys.readouterr().err
     assert "no steps in " in told and "worn.nc.partial: starting from the beginning" in told
     # no wear step was finished, so none is kept
-    assert "kept in" not in told and "--resume goes on" not in told
+    assert "kept in" not in told and "--resume continues" not in told
     monkeypatch.undo()
     finished = WearStepper.step_to_depth
 
@@ -469,6 +469,6 @@ def test_the_command_line_tells_what_lies_there(small, tmp_path, monkeypatch, ca
     assert main(["run", str(scene), "-o", str(output)]) == 130
     assert "1 finished wear steps are kept in" in capsys.readouterr().err
     assert main(["run", str(scene), "-o", str(output)]) == 130
-    assert "of an earlier run, for --resume to go on from; this run starts anew" in capsys.readouterr().err
+    assert "of an earlier run, from which --resume continues; this run starts anew" in capsys.readouterr().err
     assert main(["run", str(scene), "--resume"]) == 2
     assert "add -o FILE" in capsys.readouterr().err
