@@ -7,7 +7,7 @@ Harmonic m of the angle about the axis, with unit loads along r, theta and z at 
 whose strains are (B0 + m B1) q, so that every harmonic is one sparse plane problem, K0 + m K1 + m^2 K2.
 
 Source: O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (axisymmetric solids
-under loads that are not).
+under non-axisymmetric loads).
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from semiwear.compliance.pitch_chain import unknowns_of
 from semiwear.compliance.section_elements import elasticity
 
 _THROUGH = 6  # elements through the wall
-_ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the one between, and from there to the held one
+_ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the intermediate one, and from there to the held one
 _TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder, in the logarithm of the radius
-_EXACT, _BETWEEN = 6, 10  # harmonics solved one by one, and places from there to the last
+_EXACT, _BETWEEN = 6, 10  # harmonics solved individually, and interpolation nodes from there to the last
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Annulus:
     Attributes
     ----------
     held, loaded : float [mm]
-        Radii of the cylinder that does not move and of the one that carries the loads; either may be the greater.
+        Radii of the fixed cylinder and of the loaded one; either may be the greater.
     width : float [mm]
     youngs_modulus [MPa], poissons_ratio [1] : float
     elements : int
         Along the axis.
     between : float, optional [mm]
-        Radius of a cylinder between elements: an annulus that is held there has the same elements above it.
+        Radius of an intermediate element boundary: an annulus that is held there has the same elements above it.
     """
 
     held: float
@@ -60,7 +60,7 @@ class Annulus:
     def stations(self) -> FloatArray:
         """Nodes of the loaded cylinder along the axis, from the middle of the width: (S,) array [mm].
 
-        Corners and middles of quadratic elements in turn.
+        Corner and middle nodes of quadratic elements in turn.
         """
         corners = self._corners()
         return np.sort(np.concatenate([corners, 0.5 * (corners[1:] + corners[:-1])]))
@@ -80,23 +80,23 @@ class Annulus:
             theta = 0 along r moves the ring along r by the sum over m of F U_m cos(m theta).
         """
         solve = self._solver()
-        wanted = np.arange(harmonics + 1, dtype=float)
+        orders = np.arange(harmonics + 1, dtype=float)
         exact = np.array([solve(m) for m in range(_EXACT)])
         beyond = np.geomspace(_EXACT - 1, max(harmonics, _EXACT), _BETWEEN)
-        known = np.concatenate([wanted[2 : _EXACT - 1], beyond])
+        solved = np.concatenate([orders[2 : _EXACT - 1], beyond])
         values = np.concatenate([exact[2:], [solve(m) for m in beyond[1:]]])
         # for short waves the flexibility is that of a half-space, inverse to m
-        spline = make_interp_spline(np.log(known), values * (1.0 + known)[:, None, None], k=3)
-        further = spline(np.log(wanted[_EXACT:])) / (1.0 + wanted[_EXACT:])[:, None, None]
+        spline = make_interp_spline(np.log(solved), values * (1.0 + solved)[:, None, None], k=3)
+        further = spline(np.log(orders[_EXACT:])) / (1.0 + orders[_EXACT:])[:, None, None]
         return np.concatenate([exact, further])[: harmonics + 1]
 
     def _corners(self) -> FloatArray:
-        """Ends of the elements along the axis, half even and half crowding towards the ends."""
+        """Ends of the elements along the axis: the mean of even spacing and spacing refined towards the ends."""
         even = np.linspace(-1.0, 1.0, self.elements + 1)
         return 0.25 * self.width * (even + np.sin(0.5 * pi * even))
 
     def _wall(self) -> FloatArray:
-        """Radii of the elements' ends through the wall, from the loaded cylinder on."""
+        """Radii of the element boundaries through the wall, from the loaded cylinder on."""
         if self.between is None:
             return _growing(self.loaded, self.held, _THROUGH)
         above = _growing(self.loaded, self.between, _ABOVE)
@@ -126,7 +126,7 @@ def _growing(first: float, last: float, count: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Harmonic:
-    """Flexibility of the loaded cylinder at a harmonic, which need not be whole.
+    """Flexibility of the loaded cylinder at a harmonic, which need not be an integer.
 
     A layer of elements has two cylinders of nodes with n unknowns each, one through its middle and one on its upper
     face. Layer by layer from the held cylinder on they are condensed to the stiffness of the upper one.
@@ -136,7 +136,7 @@ class _Harmonic:
     own : (layers, 3, 2 n, 2 n) array
         K0, K1, K2 of each layer's two cylinders.
     below : (layers - 1, 3, 2 n, n) array
-        Those between the two of a layer and the upper one of the layer beneath.
+        Coupling of a layer's two cylinders to the upper one of the layer beneath.
     """
 
     own: FloatArray
@@ -150,13 +150,13 @@ class _Harmonic:
         condensed = own[0]
         for k, layer in enumerate(own):
             if k:
-                condensed = layer - _yielding(condensed, below[k - 1].T)
-            condensed = condensed[n:, n:] - _yielding(condensed[:n, :n], condensed[:n, n:])
+                condensed = layer - _condensed_part(condensed, below[k - 1].T)
+            condensed = condensed[n:, n:] - _condensed_part(condensed[:n, :n], condensed[:n, n:])
         return np.asarray(cho_solve(cho_factor(condensed, check_finite=False), np.eye(n), check_finite=False))
 
 
-def _yielding(stiffness: FloatArray, coupling: FloatArray) -> FloatArray:
-    """Stiffness that is lost as what is coupled yields: C^T K^-1 C."""
+def _condensed_part(stiffness: FloatArray, coupling: FloatArray) -> FloatArray:
+    """Stiffness removed by static condensation of the coupled unknowns: C^T K^-1 C."""
     factor = cholesky(stiffness, lower=True, check_finite=False)
     half = solve_triangular(factor, coupling, lower=True, check_finite=False)
     return np.asarray(half.T @ half)

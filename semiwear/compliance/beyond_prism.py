@@ -1,4 +1,4 @@
-"""Tooth compliance beyond the prism, on contact lines: free ends, and the wheel under an inclined tooth."""
+"""Corrections of the prism's tooth compliance on contact lines: free ends, and the wheel under an inclined tooth."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from semiwear.kept_on_disk import kept_on_disk
 
 @dataclass(frozen=True)
 class WheelInfluence:
-    """Influence of loads on an inclined tooth through its wheel, which takes the place of the prism's ring.
+    """Influence of loads on an inclined tooth through its wheel, which replaces the prism's ring.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class WheelInfluence:
 def wheel_influence(
     foot: InclinedFoot, section: ToothSection, *, youngs_modulus: float, poissons_ratio: float
 ) -> WheelInfluence:
-    """Work out the wheel under an inclined tooth, and the ring that it takes the place of.
+    """Influence through the wheel under an inclined tooth, and through the ring that it replaces.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def wheel_influence(
     wheel, virtual = (
         ring_influence(ring, youngs_modulus, poissons_ratio, elements, ground) for ring in (foot.wheel, foot.virtual)
     )
-    # the prism has nothing there to be exchanged
+    # the prism has no influence at these offsets to be replaced
     virtual.compliance[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0
     virtual.stress[np.abs(OFFSETS) > max(STRESS_OFFSETS)] = 0.0
     share, factor = strained_root(section, poissons_ratio=poissons_ratio)
@@ -69,9 +69,9 @@ def wheel_influence(
 
 @dataclass(frozen=True)
 class _Form:
-    """A quadratic form of loads: rows (roll, face, q) and their change with the observer's profile.
+    """A quadratic form of loads: rows (roll, face, q) and their derivative by the observer's profile.
 
-    The table (offsets, q, q) has the compliance for every number of teeth between, or only for none.
+    The table (offsets, q, q) has the compliance for every tooth offset, or only for offset 0.
     """
 
     rows: FloatArray
@@ -95,7 +95,7 @@ class BeyondOnLines:
         Quadratic forms to be added to the compliance.
     ends : EndEffect
     along : (roll, face) array
-        Places along the axis from the middle of the body, as shares of its width.
+        Coordinates along the axis from the middle of the body, over its width.
     width : float [mm]
     wheel : _StrainedWheel, optional
         Of an inclined tooth.
@@ -170,14 +170,14 @@ class BeyondOnLines:
                     slope[block] += slopes[mine] @ moved
 
     def at_root(self, at: FloatArray, fillet: FloatArray) -> BeyondAtRoot:
-        """Tangential stress that free ends add on the loaded tooth itself, and an inclined tooth's wheel on all.
+        """Additional tangential stress: free ends on the loaded tooth, and the wheel of an inclined tooth on all.
 
         Parameters
         ----------
         at : (stations,) array [mm]
             Observers along the axis, from the middle of the body.
         fillet : (F,) array
-            Points of the fillet as shares of its length from the end of the flank.
+            Points of the fillet as fractions of its length from the end of the flank.
         """
         ends, share = self.ends, at / self.width
         between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
@@ -188,14 +188,14 @@ class BeyondOnLines:
 
 @dataclass(frozen=True)
 class BeyondAtRoot:
-    """Stress at places of the root, by loads on the contact lines.
+    """Stress at points of the root, by loads on the contact lines.
 
     Attributes
     ----------
     spread : (roll, face, orders) array
         Of the loads along the axis.
     by_ends : (stations, F, loads) array [MPa/N]
-        Stress that free ends add, by loads spread along the axis and up the flank.
+        Additional stress due to free ends, by loads distributed along the axis and over the load heights.
     wheel : _WheelAtRoot, optional
     """
 
@@ -253,7 +253,7 @@ class _StrainedWheel:
 
 @dataclass(frozen=True)
 class _WheelAtRoot:
-    """The same at places of the root.
+    """Root stress by the strain of the wheel, at points of the root.
 
     Attributes
     ----------
@@ -275,7 +275,7 @@ class _WheelAtRoot:
         seen = np.einsum("ozph,kph->okz", self.table, force, optimize=True)
         stress = np.zeros(seen.shape[1:])
         for teeth, part in zip(OFFSETS, seen, strict=True):
-            # the loaded tooth stands at the roll of the observed one less so many teeth
+            # the loaded tooth is at the roll of the observed one less this tooth offset
             shift = int(teeth) * per_tooth
             if shift > 0:
                 stress[shift:] += part[:-shift]

@@ -1,6 +1,6 @@
-"""One thread for dense algebra: the matrices here are small, and handing them round costs more than it saves.
+"""One thread for dense algebra: the matrices here are small, and distributing them costs more than it saves.
 
-More threads also sum in another order, and results would hang on their number in the last digits.
+More threads also sum in another order, and results would depend on their number in the last digits.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def one_blas_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _libraries(modules: int) -> ThreadpoolController:
-    """The libraries of this process with so many modules imported: further ones may bring further libraries.
+    """The BLAS libraries of this process, cached by the number of imported modules: new modules may load others.
 
-    To look for them takes a tenth of a run with a coarse grid.
+    The search for them takes a tenth of a run with a coarse grid.
     """
     return ThreadpoolController()

@@ -1,6 +1,6 @@
-"""Systems of blocks near the diagonal with many right sides, by Cholesky's factors of the blocks.
+"""Block-banded systems with many right-hand sides, by Cholesky factors of the blocks.
 
-LAPACK's solution of a banded system takes one right side after the other, and a fifth of the speed of these products.
+LAPACK's banded solver takes one right-hand side after the other, at a fifth of the speed of these products.
 """
 
 from __future__ import annotations

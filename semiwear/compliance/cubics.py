@@ -8,12 +8,12 @@ from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import inner_njit
 
 CUBIC = 4
-"""Neighbours that a cubic takes in, where there are as many nodes."""
+"""Neighbouring nodes of a cubic, where there are as many nodes."""
 
 
 @inner_njit(cache=True, error_model="numpy")
 def cubic_at(place, nodes, weights, slopes):  # type: ignore[no-untyped-def]
-    """First of the neighbouring nodes of a place, whose weights and their derivatives it fills in.
+    """Index of the first neighbouring node of a point; writes the weights of the neighbours and their derivatives.
 
     Parameters
     ----------
@@ -47,8 +47,8 @@ def _at_all(places, nodes, local, weights, slopes):  # type: ignore[no-untyped-d
 def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Weights of local cubic interpolation on growing nodes, and their derivatives by `place`.
 
-    Between two inner nodes the cubic runs through the four around them; at the ends through the last four, and
-    places beyond the ends count as the ends, with their slopes.
+    Between two inner nodes the cubic interpolates the four around them, at the ends the last four;
+    points beyond the ends count as the ends, with their slopes.
     """
     places, own = np.ascontiguousarray(place, float).reshape(-1), np.ascontiguousarray(nodes, float)
     weights, slopes = np.zeros((2, places.size, own.size))

@@ -1,9 +1,9 @@
-"""Convolution of a real grid with a kernel that is even along both axes, by Fourier transforms made for that.
+"""Convolution of a real grid with a kernel that is even along both axes, by dedicated Fourier transforms.
 
-Several columns (or frequencies) are transformed at once, in the lanes of the processor; two real ones make a complex
-one. A grid padded with zeros to twice its size has its even frequencies from the grid itself and its odd ones from
-the grid turned by half a step, so that nothing is spent on zeros, neither before nor after. Real factors let the
-transform back be the forward one with real and imaginary parts swapped.
+Several columns (or frequencies) are transformed at once, in the vector lanes of the processor; two real columns make
+a complex one. A grid padded with zeros to twice its size has its even frequencies from the grid itself and its odd
+ones from the grid turned by half a step, so that no operations on zeros are needed. With real factors the inverse
+transform is the forward one with real and imaginary parts swapped.
 
 Complex lanes lie in flat arrays, real parts before imaginary ones: element k starts at 2 k lanes.
 """
@@ -27,7 +27,7 @@ _BUFFERS = 6
 
 @lru_cache(maxsize=64)
 def half_steps(n: int, dtype: DTypeLike) -> NDArray[np.floating]:
-    """Cosine and sine of -pi k / n, k < 2 n: all that a transform of n cells, a product of 2, 3 and 5, needs."""
+    """Cosine and sine of -pi k / n, k < 2 n, for a transform of n cells, a product of 2, 3 and 5."""
     angle = -np.pi * np.arange(2 * n) / n
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(dtype)
     turn.flags.writeable = False
@@ -59,14 +59,14 @@ def in_lanes(factors: FloatArray, shape: tuple[int, int], padded: bool, dtype: D
     along_y = np.concatenate([np.arange(part, shape[1] * parts // 2 + 1, parts) for part in range(parts)])
     blocks = -(-along_x.size // lanes)
     ordered = np.zeros((blocks, along_y.size, lanes), dtype)
-    for block, into in enumerate(ordered):  # one after the other, which takes no memory besides
+    for block, into in enumerate(ordered):  # block by block, which takes no extra memory
         rows = along_x[block * lanes : (block + 1) * lanes]
         into[:, : rows.size] = 0.5 * factors[rows[:, None], along_y].T  # two columns from one take a half
     return ordered.ravel()
 
 
 def work_size(shape: tuple[int, int], dtype: DTypeLike) -> tuple[int, int, int]:
-    """Numbers of work space that `convolve` needs for a grid of px x py cells: all, spectrum, and a buffer's."""
+    """Work space of `convolve` for a grid of px x py cells, in numbers: total, of the spectrum, and of a buffer."""
     block = 2 * lane_count(dtype)
     spectrum, buffer = (shape[0] + 1) * (2 * -(-shape[1] // block) + 1) * block, max(shape) * block
     return spectrum + _BUFFERS * buffer, spectrum, buffer

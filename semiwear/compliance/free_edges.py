@@ -1,31 +1,31 @@
 """Free edges: compliance beyond that of a half-space where a flank ends.
 
-Near a free face (the end of a tooth, or its tip) a body yields more than a half-space. The missing part is close to
-that of image loads, mirrored at the face: image of a slice j at the distance
+Near a free face (the end of a tooth, or its tip) a body is more compliant than a half-space. The difference is close
+to that of image loads, mirrored at the face: image of a slice j at the distance
 
     r^2 = s^2 + 4 e_i e_j      s: between the slices, e: their distances from the edge
 
-A mirror alone keeps the face plane and free of shear. That the face is free of normal stress as well, as Hetenyi
-found, adds to the image; the factor on it is here
+A mirror image alone keeps the face plane and free of shear. The condition of zero normal stress (Hetenyi) enlarges
+the image by the factor
 
     g = g_0 + 0.36 tau,   g_0 = 1 + nu (0.62 + 1.57 nu)/(1 - nu),   tau = 4 e_i e_j/(e_i + e_j)^2
 
 fitted to finite elements of a quarter-space for 0 <= nu <= 0.45 (tests/reference/test_free_edges.py). It holds to 3 %
-along a line normal to the edge and, up to twice the distance from the edge, along one parallel to it; farther along
-that the true factor goes on rising, to about 2.2 for nu = 0.3. Where the faces do not meet under a right angle the
-image changes fast, see `wedge_factor`.
+along a line normal to the edge and, up to twice the distance from the edge, along a line parallel to it; farther
+along the latter the true factor continues to rise, to about 2.2 for nu = 0.3. Where the faces do not meet under a
+right angle the image changes fast, see `wedge_factor`.
 
-Tooth compliance knows the edges itself (prisms mirror their ends and have the true outline of the tip), so only the
+Tooth compliance includes the edges (prisms mirror their ends and have the true outline of the tip), so only the
 *local* part has an image: the half-space displacement of the surface less that of the mid-surface at depth d,
 
     (1 - nu^2)/(pi E) 1/sqrt(r^2 + b^2/4)  -  (1 + nu)/(2 pi E) [d^2/r_d^3 + 2(1 - nu)/r_d],   r_d^2 = r^2 + d^2
 
-The first term has the far field of a stripe of half-width b up to its first correction. Each body has its own
-edges and contributes its own share. Valid where the pressure ends a half-width or more from the edge; a nearer slice
-is taken to lie half a half-width from it, and cells of pressure cut by an edge are beyond this theory.
+The first term has the far field of a stripe of half-width b up to its first correction. Each body contributes
+with its own edges. Valid where the pressure ends a half-width or more from the edge; a nearer slice
+is placed half a half-width from it, and cells of pressure cut by an edge are outside this theory.
 
 Sources: M. Hetenyi, J. Appl. Mech. 37 (1970) 70-76; L. M. Keer, J. C. Lee, T. Mura, Int. J. Solids Struct. 19 (1983)
-497-508; R. Guilbault, J. Tribol. 133 (2011) 031402, who puts such a factor on image loads.
+497-508; R. Guilbault, J. Tribol. 133 (2011) 031402 (factor on image loads).
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders
 
-_NEAREST = 0.5  # half-widths: distance at which slices nearer to an edge are held
+_NEAREST = 0.5  # half-widths: least distance of a slice from an edge
 _LEAST_DEPTH = 1.5  # half-widths, as for the half-space itself
-_SHARPEST = 100.0 / 90.0  # of a right angle: beyond that the image is not known
-_ALIKE = 1e-12  # of a distance along an image: two that differ by no more are one
-_REACH = 8.0  # depths from an edge, beyond which the local part has no image to speak of
+_SHARPEST = 100.0 / 90.0  # of a right angle: the limit of the fitted range
+_ALIKE = 1e-12  # of a distance along an image: smaller differences count as equal
+_REACH = 8.0  # depths from an edge, beyond which the image of the local part is negligible
 
 
 def image_factor(poissons_ratio: float) -> tuple[float, float]:
-    """Factor on the image loads of a quarter-space: for slices at very different distances, and what equal ones add.
+    """Factor on the image loads of a quarter-space: for very different distances, and its increase for equal ones.
 
     Valid for Poisson's ratios from 0 to 0.4.
     """
@@ -61,7 +61,7 @@ def image_factor(poissons_ratio: float) -> tuple[float, float]:
 
 
 def wedge_factor(turn: ArrayLike) -> FloatArray:
-    """Strength of the image where the outline turns by `turn` [rad] at the edge, against that of a right angle.
+    """Strength of the image where the outline turns by `turn` [rad] at the edge, relative to a right angle.
 
     (turn/90 degrees)^5: fitted to finite elements of wedges at nu = 0.2 and 0.3, which give 0.09, 0.20, 0.40, 0.74,
     1.35 and 1.81 where the outline turns by 55, 65, 75, 85, 95 and 100 degrees; held beyond 100.
@@ -71,7 +71,7 @@ def wedge_factor(turn: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class EdgeDistance:
-    """How far an edge is from the slices: (roll, face) arrays.
+    """Distance of an edge from the slices: (roll, face) arrays.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class EdgeDistance:
 
     @classmethod
     def of(cls, distance: FloatArray, arc: FloatArray, turn: ArrayLike = 0.5 * pi) -> EdgeDistance:
-        """An edge at distances from slices at places `arc` along their lines [mm]; `turn` as in `wedge_factor`."""
+        """An edge at distances from slices at positions `arc` along their lines [mm]; `turn` as in `wedge_factor`."""
         slope = np.zeros_like(distance)
         if arc.shape[1] > 1:
             slope = np.gradient(distance, axis=1) / np.gradient(arc, axis=1)
@@ -104,7 +104,7 @@ class FreeBody:
     ----------
     youngs_modulus [MPa], poissons_ratio [1] : float
     depth : (roll, face) array [mm] or None
-        Depth of the mid-surface; None where no tooth compliance is counted and nothing is subtracted.
+        Depth of the mid-surface; None for rigid teeth, for which nothing is subtracted.
     ends, tips : tuples of EdgeDistance
         End faces of the tooth, and tip edges.
     """
@@ -138,14 +138,14 @@ class _Image(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """Images of a slice and of every one before it in one another: (n,) arrays, of which the first are in use.
+    """Mutual images of a slice and of every slice before it: (n,) arrays, of which the first entries are in use.
 
     Attributes
     ----------
     here, there : arrays [mm]
-        Along the image from its middle, that of the other slice and that of this one.
+        Coordinate along the image from its middle, in the image of the other slice and in that of this one.
     square : array [mm^2]
-        Of the distance there.
+        Of the distance to the image.
     factor, length : arrays [1], [mm]
         On the image, and the mean of both slices.
     quotient, ends : arrays
@@ -164,10 +164,10 @@ class _Row(NamedTuple):
     total: FloatArray
 
 
-# in loops over arrays, which compilers turn into several slices at once
+# in loops over arrays, which compilers vectorise
 @inner_njit(cache=True, error_model="numpy")
 def _mirrored(image, i, single, equal, row):  # type: ignore[no-untyped-def]
-    """Find where the images of a slice and of those before it lie; whether all are alike from either side."""
+    """Positions of the images of a slice and of those before it; returns whether all are the same from both sides."""
     # along the image of slice j, x from its middle: r^2 = (s + x)^2 + 4 e_i (e_j + slope x), a square and a rest
     for j in range(i + 1):
         row.here[j] = image.arc[j] - image.arc[i]
@@ -190,13 +190,13 @@ def _mirrored(image, i, single, equal, row):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _sum_with_root(x, root, square):  # type: ignore[no-untyped-def]
-    """Sum of a length and the root of its square and another one, with nothing that cancels."""
+    """Sum of a length and the root of its square plus another square, without cancellation."""
     return x + root if x >= 0.0 else square / (root - x)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _between_ends(middle, length, square):  # type: ignore[no-untyped-def]
-    """Exponential of the integral of 1/r along an image, r^2 = x^2 + square, and what x/r changes by."""
+    """Exponential of the integral of 1/r along an image, r^2 = x^2 + square, and the change of x/r."""
     lower, upper = middle - 0.5 * length, middle + 0.5 * length
     first, second = sqrt(lower * lower + square), sqrt(upper * upper + square)
     quotient = _sum_with_root(upper, second, square) / _sum_with_root(lower, first, square)
@@ -205,7 +205,7 @@ def _between_ends(middle, length, square):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _add_along(middle, image, i, half_surface, nu, row):  # type: ignore[no-untyped-def]
-    """Add the local displacement along images, of which slices are so far from the middle, to `total`."""
+    """Add the local displacement along images, at distances `middle` from their middles, to `total`."""
     for j in range(i + 1):
         near = max(row.square[j] - middle[j] * middle[j], 0.0) + half_surface * half_surface
         row.quotient[j], _ = _between_ends(middle[j], row.length[j], near)
@@ -223,7 +223,7 @@ def _add_along(middle, image, i, half_surface, nu, row):  # type: ignore[no-unty
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _add_rows(block, points, image, half_surface, shear, nu, single, equal):  # type: ignore[no-untyped-def]
-    """Add an image to the compliance between all slices of a line, (m, m), of which it concerns some, (n,)."""
+    """Add an image of some slices, (n,), to the compliance between all slices of a line, (m, m)."""
     n = points.shape[0]
     row = _Row(
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
@@ -234,7 +234,7 @@ def _add_rows(block, points, image, half_surface, shear, nu, single, equal):  # 
             row.total[j] = 0.0
         _add_along(row.here, image, i, half_surface, nu, row)
         share = shear
-        if not alike:  # as they are where a straight line meets a straight edge
+        if not alike:  # they are for a straight line at a straight edge
             _add_along(row.there, image, i, half_surface, nu, row)
             share = 0.5 * shear
         for j in range(i + 1):
@@ -250,12 +250,12 @@ class FreeEdges:
     Parameters
     ----------
     arc, length : (roll, face) arrays [mm]
-        Place along the line, and length, of each slice.
+        Position along the line, and length, of each slice.
     bodies : tuple of FreeBody
     half_width : float [mm]
         Half-width of a usual load.
     strength : float
-        Multiplies the whole: 0 nothing, 1 a free edge.
+        Factor on the correction: 0 none, 1 a free edge.
     """
 
     def __init__(
@@ -301,8 +301,8 @@ class FreeEdges:
             Angle by which the outline of the driving and the driven body turns at the tip edge: 90 degrees less the
             pressure angle there, or the flank's inclination.
         end_leans : pair of floats or (face,) arrays [rad]
-            Angle by which the flank of the driving and the driven body leans against the normal of its end faces: the
-            outline turns by 90 degrees and this at the lower end, by 90 degrees less this at the upper end.
+            Inclination of the flank of the driving and the driven body to the normal of its end faces: the
+            outline turns by 90 degrees plus this angle at the lower end, by 90 degrees minus it at the upper end.
         strength : float
             From 0 to 1.
         """
@@ -331,12 +331,12 @@ class FreeEdges:
         return cls(lines.arc, lines.length, tuple(bodies), half_width, strength)
 
     def matrix(self, at: tuple[IntArray, IntArray], starts: IntArray) -> FloatArray:
-        """Compliance that free edges add between slices, see `SliceCompliance` [mm/N]."""
+        """Additional compliance between slices due to free edges, see `SliceCompliance` [mm/N]."""
         total = np.zeros((at[0].size, at[0].size))
         for first, last in pairwise(starts):
             line = at[0][first:last], at[1][first:last]
             for body in self.bodies:
-                # images in an end, in a tip, and in both where they meet
+                # images in an end, in a tip, and in their corner
                 for chosen in product((None, *body.ends), (None, *body.tips)):
                     edges = tuple(edge for edge in chosen if edge is not None)
                     if edges and last > first:

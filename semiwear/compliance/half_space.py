@@ -21,7 +21,7 @@ from semiwear.untyped import Reals
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
 _MOST_KEPT = 64 * 2**20  # bytes of coefficients and spectra together
-_MOST_IDLE = 32 * 2**20  # bytes of work space in double precision that are kept: it is rarely wanted
+_MOST_IDLE = 32 * 2**20  # bytes of work space in double precision that are kept: it is rarely needed
 _LINE = 64  # bytes of a line of the cache
 
 
@@ -31,7 +31,7 @@ def fast_length(length: int) -> int:
 
 
 class _KeptArrays:
-    """Arrays that were used last, up to a number of bytes together."""
+    """Most recently used arrays, up to a total number of bytes."""
 
     def __init__(self, most: int) -> None:
         self._most, self._arrays, self._lock = most, OrderedDict[Hashable, Reals](), Lock()
@@ -58,7 +58,7 @@ _kept = _KeptArrays(_MOST_KEPT)
 
 
 def _coefficients(px: int, py: int, dx: float, dy: float) -> tuple[FloatArray, float]:
-    """Love's coefficients over a factor: those of cells twice as large, on coarser grids, are twice as large."""
+    """Love's coefficients over a factor; they are proportional to the size of the cells."""
     exponent = frexp(dx)[1]
     unit = ldexp(dx, -exponent), ldexp(dy, -exponent)
     table = _kept.get(unit)
@@ -83,15 +83,15 @@ def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArr
         spectrum /= 4 * px * py
         return spectrum
     periodic = np.empty((px, py))
-    away_x, away_y = np.arange(px) / px, np.arange(py) / py
-    for k, away in enumerate(away_x):  # row by row, which takes no memory besides
-        row = (1.0 - away) * table[k] + away * table[px - k]
-        periodic[k] = (1.0 - away_y) * row[:-1] + away_y * row[:0:-1]
+    offset_x, offset_y = np.arange(px) / px, np.arange(py) / py
+    for k, offset in enumerate(offset_x):  # row by row, which takes no extra memory
+        row = (1.0 - offset) * table[k] + offset * table[px - k]
+        periodic[k] = (1.0 - offset_y) * row[:-1] + offset_y * row[:0:-1]
     return np.asarray(1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * factor * (px * py)))
 
 
 def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
-    """Spectrum in the order of `convolve`; all that the iterations of a contact need is found with its first part."""
+    """Spectrum in the order of `convolve`; the first call computes all spectra of the iterations of a contact."""
 
     def key(inverse: bool, dtype: DTypeLike) -> Hashable:
         return px, py, dx, dy, inverse, np.dtype(dtype)
@@ -112,22 +112,22 @@ def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DType
 
 
 class _WorkSpace(local):
-    """Memory of a thread, kept: fresh pages cost as much as a transform."""
+    """Work space of a thread, kept for reuse: new memory pages cost as much as a transform."""
 
     def __init__(self) -> None:
         self._kept = np.zeros(0, np.uint8)
 
     def of(self, size: int, dtype: type) -> Reals:
-        wanted = size * np.dtype(dtype).itemsize
-        if self._kept.size < wanted:
-            self._kept = np.zeros(0, np.uint8)  # let go before more is taken
-            memory = np.zeros(wanted + _LINE, np.uint8)
+        needed = size * np.dtype(dtype).itemsize
+        if self._kept.size < needed:
+            self._kept = np.zeros(0, np.uint8)  # release before allocating more
+            memory = np.zeros(needed + _LINE, np.uint8)
             first = -memory.ctypes.data % _LINE  # vectors must not straddle lines of the cache
-            self._kept = memory[first : first + wanted]
-        return np.asarray(self._kept[:wanted].view(dtype))
+            self._kept = memory[first : first + needed]
+        return np.asarray(self._kept[:needed].view(dtype))
 
-    def let_go(self) -> None:
-        """Keep no more than a little."""
+    def release(self) -> None:
+        """Release a large work space."""
         if self._kept.size > _MOST_IDLE:
             self._kept = np.zeros(0, np.uint8)
 
@@ -173,11 +173,11 @@ class HalfSpace:
         return float(table[0, 0]) * factor / self._modulus
 
     def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
-        """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision if roughly."""
+        """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision with `roughly`."""
         return self._convolve(pressure, False, roughly)
 
     def precondition(self, residual: FloatArray, *, roughly: bool = False) -> Reals:
-        """Pressure [MPa] that causes about a displacement [mm]: the inverse of a periodic neighbour of `apply`."""
+        """Approximate pressure [MPa] for a displacement [mm]: the inverse of a periodic approximation of `apply`."""
         return self._convolve(residual, True, roughly)
 
     def _plan(self, inverse: bool, roughly: bool) -> _Plan:
@@ -203,21 +203,21 @@ class HalfSpace:
                 convolve(grid, into, own, not inverse, turn_x, turn_y, work, spectrum, buffer)
         del work
         if not roughly:
-            _work.let_go()
+            _work.release()
         if self._modulus != 1.0:
             result *= self._modulus if inverse else 1.0 / self._modulus
         return result
 
 
 class GridPlans(NamedTuple):
-    """Factors and sizes for a compiled `convolve` of grids with as many columns, one after the other.
+    """Factors and sizes for a compiled `convolve` of several grids with the same number of columns.
 
     Attributes
     ----------
     factors : (any,) array [mm/MPa]
         Factors of all grids in lanes, for a unit modulus.
     first_factor : (grids + 1,) int array
-        Where those of each grid begin.
+        Index of the first factor of each grid.
     turns : (any, 2) array
         Half steps along the rows of each grid.
     first_turn : (grids + 1,) int array
@@ -238,13 +238,13 @@ class GridPlans(NamedTuple):
     work_size: int
 
     def work_space(self) -> FloatArray:
-        """Memory of this thread, enough for each of the grids; it is overwritten by whoever asks next."""
+        """Work space of this thread, enough for each of the grids; the next caller overwrites it."""
         return np.asarray(_work.of(self.work_size, np.float64))
 
 
 @lru_cache(maxsize=256)
 def grid_plans(counts: tuple[int, ...], columns: int, cell: tuple[float, float]) -> GridPlans:
-    """Half-spaces under grids of some numbers of rows, of as many columns each, without influence on each other."""
+    """Independent half-spaces under grids with these numbers of rows and the same number of columns."""
     lengths, across = [fast_length(count) for count in counts], fast_length(columns)
     factors = [_factors(length, across, float(cell[0]), float(cell[1]), False, np.float64) for length in lengths]
     turns = [half_steps(length, np.float64) for length in lengths]

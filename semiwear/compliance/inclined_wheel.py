@@ -1,21 +1,21 @@
 """The wheel under inclined teeth, in place of the ring of their virtual spur gear.
 
-A tooth's prism stands on the ring of the virtual spur gear. What that ring yields to the forces and couples on the
-feet of its teeth is taken off, and what the true wheel yields to the same loads along the true helix is put on: both
-from elastic annuli (`annulus.py`) under feet of one chord, so that what is local to a foot cancels, and all of it
-without a helix angle. What remains is the wheel's own: its torsion, its shear and tilting under the axial force, its
-width and radius, the teeth's way around it.
+A tooth's prism stands on the ring of the virtual spur gear. The deflection of that ring under the forces and couples
+on the feet of its teeth is subtracted, and the deflection of the true wheel under the same loads along the true helix
+is added: both from elastic annuli (`annulus.py`) under feet of one chord, so that the local deflection at a foot
+cancels, and without a helix angle both cancel. The difference is that of the wheel: its torsion, its shear and
+tilting under the axial force, its width and radius, and the helix of the teeth around it.
 
 With the loads of a foot, spread along the axis as polynomial s, b_m(s) in harmonic m of the angle, and g_m the
 flexibility of the annulus,
 
     C(s, s', o) = sum over m of Re [exp(2 pi i m o/z) b_m(s)^H g_m b_m(s')],     o teeth between the two feet.
 
-What the wheel's own strain does to the root of a tooth is read in the same way: the stress of the loaded cylinder
-normal to the tooth, in the mean over its foot. Far from the foot alone: what loads on a tooth do to the ground beside
-it is in the stretch of tooth and ground (`tooth_ends`), so that an annulus held where that ground is held is taken
-off, of equal elements above. An axial force bends a solid wheel like a disc; at the ends of a narrow face that is a
-tenth of the root stress, of either sign.
+The wheel's strain at the root of a tooth is read in the same way: the stress of the loaded cylinder normal to the
+tooth, averaged over its foot. Only the far field counts: the effect of loads on the ground beside the tooth is in the
+stretch of tooth and ground (`tooth_ends`), so that an annulus held where that ground is held, with the same elements
+above, is subtracted. An axial force bends a solid wheel like a disc; at the ends of a narrow face that is a tenth of
+the root stress, of either sign.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ OFFSETS = np.arange(-4, 5)
 
 
 POLYNOMIALS = 6
-"""Orders in which loads are spread along the axis: what is shorter is local to a foot."""
+"""Orders in which loads are expanded along the axis: shorter waves are local to a foot."""
 
 _FOOT_POINTS = 5  # across a foot
 _LEAST_HARMONICS = 24
@@ -58,8 +58,8 @@ class RingInfluence(NamedTuple):
     compliance : (9, 4 P, 4 P) array
         Motion of a foot, spread in the same way; [mm/N], [mm/(N mm)] and [rad/(N mm)].
     stress : (9, P, 4 P) array [MPa/N], [MPa/(N mm)]
-        Stress of the ring's surface normal to the tooth, in the mean over its foot and spread as polynomials. Of the
-        loaded tooth itself without what the ground nearby does.
+        Stress of the ring's surface normal to the tooth, averaged over its foot and expanded in polynomials. Of the
+        loaded tooth itself without the effect of the ground nearby.
     """
 
     compliance: FloatArray
@@ -86,7 +86,7 @@ def ring_influence(
     annulus = Annulus(
         ring.held_radius, ring.foot_radius, ring.width, youngs_modulus, poissons_ratio, elements, between
     )
-    # waves shorter than a foot are evened out on it; the last counts in part, so that nothing jumps with the radius
+    # waves shorter than a foot average out; the last counts in part, so that the result is continuous in the radius
     shortest = max(2.0 * pi * ring.foot_radius / ring.chord, _LEAST_HARMONICS)
     harmonics = ceil(shortest)
     whole = annulus.flexibility(harmonics)
@@ -113,7 +113,7 @@ def elements_along(ring: FootRing) -> int:
 
 
 class _Foot(NamedTuple):
-    """Points of the foot of the tooth whose middle is at each place along the axis; it stands normal to the tooth."""
+    """Points of the foot of the tooth whose middle is at each position along the axis; it is normal to the tooth."""
 
     angle: FloatArray  # (places, points) [rad]
     height: FloatArray  # along the axis [mm]
@@ -134,7 +134,7 @@ def _foot(ring: FootRing, z: FloatArray) -> _Foot:
 
 
 def _foot_loads(ring: FootRing, z: FloatArray, harmonics: IntArray) -> NDArray[np.complex128]:
-    """Harmonics of loads on feet, spread along the axis: (m, 3 S, 4 P) array, see the module."""
+    """Harmonics of loads on feet, expanded along the axis: (m, 3 S, 4 P) array, see the module."""
     foot = _foot(ring, z)
     on_stations = quadratic_weights(z, foot.height.ravel()).T.reshape(z.size, *foot.height.shape)
     phase = np.exp(-1j * harmonics[:, None, None] * foot.angle)

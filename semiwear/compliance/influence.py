@@ -1,9 +1,9 @@
 """Tooth compliance and root stress from a file of influence data, in place of finite prisms.
 
-The data (`fem_reference.tooth_influence` makes them, any other source may) hold, for unit loads on a grid of heights
+The data (from `fem_reference.tooth_influence` or any other source) hold, for unit loads on a grid of heights
 and face stations of a flank, the deflection of the middle surface on the same grid of the tooth and its neighbours
 and the tangential fillet stress. Between grid points both are interpolated by local cubics, for load and observer
-alike, so that the compliance stays a symmetric low-rank product.
+in the same way, so that the compliance stays a symmetric low-rank product.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ _VARIABLES = {
     "root_stress": ("body", "tooth_offset", "fillet_point", "observer_station", "height", "station"),
 }
 _LEAST_POINTS = 2  # heights and stations
-_SPOILT = 0.2  # of the fillet's length, where the mesh's own picture of a load beside it may be in the data
-_NEAR = 1e-3  # of the face width: how well the ends of the grid must fit
+_UNRELIABLE = 0.2  # of the fillet's length, where the data may contain the mesh-dependent stress of a load beside it
+_END_TOLERANCE = 1e-3  # of the face width: greatest deviation of the grid's ends from the tooth's
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def read_influence(path: str | Path) -> Dataset:
     Raises
     ------
     SceneError
-        Naming what is wrong with the file and what to do.
+        With the fault of the file and its remedy.
     """
     allowed = '"prism", "rigid" or a file of influence data'
     make = "make one with fem_reference.tooth_influence(scene).to_netcdf(file)"
@@ -105,17 +105,17 @@ def body_influence(
     own = data.isel(body=body)
     arc = own["fillet_arc"].values
     share = (arc - arc.min()) / np.ptp(arc)
-    kept = np.flatnonzero(share >= _SPOILT)
+    kept = np.flatnonzero(share >= _UNRELIABLE)
     root = np.linspace(ROOT_FROM, 1.0, ROOT_POINTS)
     along = make_interp_spline(share[kept], np.eye(len(kept)), k=min(3, len(kept) - 1))(root)
     heights = data.sizes["height"]
     profile = own["load_profile"].values if "load_profile" in data else np.arange(heights)
     share_up = (profile - profile[0]) / (profile[-1] - profile[0])
-    # a load at the very end of the flank stresses the fillet as the mesh happens to be: carried on from those above
+    # the stress by a load at the very end of the flank depends on the mesh: extrapolated from the loads above
     sound = slice(1, None) if heights > _LEAST_POINTS else slice(None)
     lifted = make_interp_spline(share_up[sound], np.eye(heights)[sound], k=max(min(2, heights - 2), 1))(share_up)
     faces = own["load_face"].values.astype(float)
-    if np.abs(faces[[0, -1]] - limits).max() > _NEAR * (limits[1] - limits[0]):
+    if np.abs(faces[[0, -1]] - limits).max() > _END_TOLERANCE * (limits[1] - limits[0]):
         found = f"teeth from {faces[0]:g} to {faces[-1]:g} mm"
         raise SceneError.of(_FIELD, found, f"{limits[0]:g} to {limits[1]:g} mm", "these are data of other gears")
     return InfluenceData(
@@ -132,7 +132,7 @@ def body_influence(
 
 @dataclass(frozen=True)
 class InfluenceOnLines:
-    """One body's share of the compliance, prepared for the contact lines of all roll positions.
+    """One body's compliance, prepared for the contact lines of all roll positions.
 
     Attributes
     ----------
@@ -202,7 +202,7 @@ class InfluenceOnLines:
         stress = np.zeros((len(modal), fillet * count))
         reach = offsets // 2
         for offset in range(-reach, reach + 1):
-            # the observer's tooth is `offset` from the loaded one: pairs ahead * offset rolls further on see it
+            # the observer's tooth is `offset` from the loaded one: its pair is ahead * offset rolls further on
             shift = self.body.ahead * offset * per_cycle
             seen = modal @ table[reach + offset].T
             if shift > 0:

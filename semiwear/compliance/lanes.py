@@ -1,8 +1,8 @@
 """Numbers that compiled transforms `load`, `store`, add and multiply together: vectors, or single numbers.
 
-Vectors are built with parts of numba that it does not promise to keep (`vector_lanes`). Where a release of numba does
-without them, or computes something else by them, a warning says so and the same transforms run on single numbers: the
-same results to rounding, four to eight times slower. What they are compiled to is kept in a folder of its own then.
+Vectors use internal parts of numba (`vector_lanes`). Where a release of numba lacks them, or computes other values
+with them, a warning is given and the same transforms run on single numbers: the same results to rounding, four to
+eight times slower. The compiled code is then kept in a separate folder.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from semiwear.untyped import CompilerPart
 
 @njit(cache=True)
 def _one(array):  # type: ignore[no-untyped-def]
-    """Numbers that `load` takes: one."""
+    """Numbers that `load` reads: one."""
     return 1
 
 
@@ -32,17 +32,17 @@ def _load_one(source, index, like):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _store_one(target, index, value):  # type: ignore[no-untyped-def]
-    """Put a number into a flat array."""
+    """Write a number into a flat array."""
     target[index] = value
 
 
 def _vectors() -> ModuleType | None:
-    """Vectors; None where they do not do what they should."""
+    """The module of vectors; None where they do not work."""
     try:
         from semiwear.compliance import vector_lanes
 
         return vector_lanes if vector_lanes.work() else None
-    except Exception:  # whatever a release of numba may no longer have
+    except Exception:  # any part that a release of numba no longer has
         return None
 
 
@@ -51,7 +51,7 @@ load: CompilerPart = _load_one
 store: CompilerPart = _store_one
 _found = _vectors()
 VECTORISED = _found is not None
-"""Whether transforms take vectors."""
+"""Whether transforms use vectors."""
 if _found is not None:
     lanes_of, load, store = _found.lanes_of, _found.load, _found.store
 else:
@@ -65,5 +65,5 @@ else:
 
 
 def lane_count(dtype: DTypeLike) -> int:
-    """Numbers of a kind that are loaded together."""
+    """Count of numbers of a type that are loaded together."""
     return 1 if _found is None else _found.BYTES // np.dtype(dtype).itemsize

@@ -1,4 +1,4 @@
-"""Compliance between points whose weights on load heights, sections and splines are zero but for a few neighbours."""
+"""Compliance between points with non-zero weights on a few neighbouring load heights, sections and splines only."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LocalWeights(NamedTuple):
 
     @classmethod
     def of(cls, weights: FloatArray, slopes: FloatArray | None = None) -> LocalWeights:
-        """From weights (..., nodes) of which no more than four neighbours are not zero; no slopes: zeros."""
+        """From weights (..., nodes) with at most four neighbouring non-zero entries; slopes default to zero."""
         count = weights.shape[-1]
         span = min(CUBIC, count)
         flat = weights.reshape(-1, count)
@@ -40,7 +40,7 @@ class LocalWeights(NamedTuple):
         return cls(first, np.take_along_axis(flat, nodes, axis=1), np.take_along_axis(slope, nodes, axis=1))
 
     def at(self, points: IntArray) -> LocalWeights:
-        """Those of some points."""
+        """Weights of some points."""
         return LocalWeights(self.first[points], self.values[points], self.slopes[points])
 
 

@@ -9,7 +9,7 @@ S the flexibility of the springs, P the pitch point where they act, and the sepa
 
     C_ij = G_i S G_j^T
 
-of rank five at most, positive semidefinite, and alike for all tooth pairs: they share one mounting.
+of rank five at most, positive semidefinite, and the same for all tooth pairs: they share one mounting.
 Signs and axes are those of `semiwear.scene.Placement`; a displacement that the springs allow is one more placement.
 Valid while displacements are small against the radii: the change of the separation is taken as linear.
 """
@@ -28,7 +28,7 @@ from semiwear.arrays import FloatArray, IntArray
 class MountingSprings:
     """Flexibility of the mounting of the driving body relative to the driven one, at the pitch point.
 
-    Each freedom yields on its own; zero is rigid.
+    The freedoms are uncoupled; zero is rigid.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class Mounting:
         return rooted @ rooted.T
 
     def displacement(self, force: FloatArray, at: tuple[IntArray, IntArray]) -> FloatArray:
-        """How far the driving body moves under forces on slices: (5,) array [mm, mm, mm, rad, rad].
+        """Displacement of the driving body under forces on slices: (5,) array [mm, mm, mm, rad, rad].
 
         Order and signs as in `MountingSprings`; `force` is an (n,) array [N].
         """

@@ -1,8 +1,8 @@
-"""Shapes in which the end of a tooth moves along it when it is set free.
+"""Shapes of the axial displacement at a free end of a tooth.
 
 The cosines of a prism mirror it at its ends: no shear stress there, but no axial displacement w either. A free end
-has no axial stress instead. Cut open, w gets a jump d(x, y) at the end plane, which for the series is a strain
--d delta(z): with W the jump's displacements (w alone) and M = int B0' D B1 every harmonic answers the forces
+has no axial stress instead. At a free end w has a jump d(x, y) in the end plane, which for the series is a strain
+-d delta(z): with W the jump's displacements (w alone) and M = int B0' D B1 every harmonic is loaded by the forces
 
     G_n = (M + k K2) W.
 

@@ -1,8 +1,8 @@
-"""Pitches of a toothed body in a row: one is condensed onto its sides, then all are joined.
+"""Chain of the pitches of a toothed body: one pitch is condensed onto its sides, then all are joined.
 
-All teeth are alike, so one pitch is condensed to its two mid-space sides once per wave number k, by one sparse
-factorisation whose last columns are those sides; the pitches are then joined by small dense algebra, a rack with
-free ends or a whole ring alike. Side unknowns are in the axes of their own side, so that neighbours in a ring share
+All teeth are equal, so one pitch is condensed to its two mid-space sides once per wave number k, by one sparse
+factorisation whose last columns are those sides; the pitches are then joined by small dense algebra, to a rack with
+free ends or to a whole ring. Side unknowns are in the axes of their own side, so that neighbours in a ring share
 them as neighbours in a rack do.
 """
 
@@ -38,7 +38,7 @@ class Condensed:
     stiffness : (2 s, 2 s) array
         Stiffness of the sides.
     side_load : (2 s, H) array
-        Loads that unit loads on the flank send to the sides.
+        Loads on the sides by unit loads on the flank.
     deflection : (H, 2 s) array
         Observed deflection for unit displacements of the sides.
     deflection_load : (H, H) array
@@ -65,8 +65,8 @@ class PitchRows:
     ----------
     fixed, along : (R, 3 n) sparse matrices
     load, deflection, stress : slices
-        Which rows are unit loads (H of them), readings of deflection and readings of stress (F). Rows may be both
-        loads and readings.
+        Rows of unit loads (H of them), readings of deflection and readings of stress (F). A row may be both
+        load and reading.
     """
 
     fixed: csr_matrix
@@ -78,21 +78,21 @@ class PitchRows:
 
 @dataclass(frozen=True)
 class Pitch:
-    """Stiffness of one pitch whose sides are free, bordered by what is observed on it; held unknowns are left out.
+    """Stiffness of one pitch whose sides are free, bordered by its loads and readings; held unknowns are left out.
 
     Unknowns are the inner ones, in an order that keeps their factor sparse, then the sides, then one for each row of
-    `PitchRows`: the end of the factor is that of the sides' own stiffness and of what loads do with the sides held.
+    `PitchRows`: the end of the factor is that of the sides' stiffness and of the effect of loads with the sides held.
 
     Attributes
     ----------
     data : (3, z) array
-        Entries that go with 1, k and k^2 at wave number k, in the order of ...
+        Coefficients of 1, k and k^2 at wave number k, in the order of ...
     places, starts : (z,), (m + 1,) arrays
         ... a sparse matrix by columns.
     sides : int
         Number 2 s of side unknowns, in the sides' own axes.
     apart : (R,) array
-        Subtracted from the rows' own diagonal: rows that read the same, as on a thin rim, would make it singular.
+        Subtracted from the rows' diagonal: equal rows, as on a thin rim, would make it singular.
     load, deflection, stress : slices
         See `PitchRows`.
     """
@@ -115,7 +115,7 @@ class Pitch:
         mesh : SectionMesh
             One pitch of the section.
         section : ToothSection
-            Its rim says how the sides are turned against each other.
+            Its rim defines the angle between the sides.
         matrices : HarmonicMatrices
             Stiffness of the pitch, (3 n, 3 n) each.
         rows : PitchRows
@@ -131,7 +131,7 @@ class Pitch:
         stiffness = [turned.T @ (matrix @ turned) for matrix in matrices]
         observed = rows.fixed.shape[0]
         borders = (rows.fixed @ turned, rows.along @ turned, csr_matrix((observed, turned.shape[1])))
-        # what rows read of forces of their own, roughly
+        # approximate reading of a row under its own load
         apart = np.asarray(borders[0].power(2) @ (1.0 / stiffness[0].diagonal()))
         bordered = [
             block_array([[matrix, border.T], [border, corner]], format="csc")
@@ -148,7 +148,7 @@ class Pitch:
         factor = symmetric_factor(csc_matrix((values, self.places, self.starts), shape=(count, count)), "NATURAL")
         kept = slice(count - sides - self.apart.size, None)
         rest = (factor.L[kept, kept] @ factor.U[kept, kept]).toarray()
-        # what the rows send to held sides: by symmetry also what the sides' motion gives the rows
+        # reactions of held sides to the rows: by symmetry also the readings of the rows under the sides' motion
         sent, own = rest[:sides, sides:], -(rest[sides:, sides:] + np.diag(self.apart))[:, self.load]
         return Condensed(
             stiffness=rest[:sides, :sides],
@@ -180,7 +180,7 @@ def _on_one_pattern(matrices: list[csc_matrix]) -> tuple[FloatArray, IntArray, I
 
 
 def _places(matrix: csc_matrix) -> IntArray:
-    """Places of a sparse matrix's entries, column after column."""
+    """Linear indices of a sparse matrix's entries, column after column."""
     size = matrix.shape[0]
     return np.asarray(np.repeat(np.arange(size) * size, np.diff(matrix.indptr)) + matrix.indices)
 
@@ -205,14 +205,14 @@ def _side_angle(section: ToothSection) -> float:
 
 
 def join(condensed: list[Condensed], section: ToothSection, rack_teeth: int) -> tuple[FloatArray, FloatArray]:
-    """Join alike pitches and load the flank of the middle one.
+    """Join equal pitches and load the flank of the middle one.
 
     Parameters
     ----------
     condensed : list of n Condensed
         The pitch at each wave number.
     section : ToothSection
-        Its rim says whether the pitches make a ring, which is whole, or a rack, whose ends are free.
+        By its rim the pitches make a ring, which is whole, or a rack, whose ends are free.
     rack_teeth : int
         Teeth of a rack, an odd number.
 
@@ -266,16 +266,16 @@ def _sides(tooth: int, side: int) -> slice:
 
 
 def _without(stiffness: FloatArray, keep: slice, drop: slice) -> FloatArray:
-    """Schur complement: stiffness of the unknowns kept when those dropped are free of load."""
+    """Schur complement: stiffness of the kept unknowns with the dropped ones free of load."""
     coupling = stiffness[:, drop, keep]
     carried = np.linalg.solve(stiffness[:, drop, drop], coupling)
     return stiffness[:, keep, keep] - coupling.swapaxes(1, 2) @ carried
 
 
 def _chain_of(pitch: FloatArray, count: float) -> FloatArray:
-    """Stiffness of the outer sides of a chain of pitches, of which the last may be a part of one.
+    """Stiffness of the outer sides of a chain of pitches, whose number need not be whole.
 
-    Between whole numbers the stiffness goes straight: the ring of a virtual spur gear has no whole number of teeth.
+    Between whole numbers the stiffness is linear: the ring of a virtual spur gear has no whole number of teeth.
     """
     whole = floor(count)
     part = count - whole

@@ -1,4 +1,4 @@
-"""Orthonormal polynomials along the width of a body (Legendre): how loads and displacements are spread along it."""
+"""Orthonormal polynomials along the width of a body (Legendre), in which loads and displacements are expanded."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from semiwear.arrays import FloatArray
 
 
 def along_width(place: FloatArray, count: int) -> FloatArray:
-    """Orthonormal polynomials at places.
+    """Orthonormal polynomials at points of the width.
 
-    A unit load at a place, taken as the distribution of these orders that does the same work, has these as its
-    components.
+    They are also the components of a unit load at the point: of the distribution in these orders that does the same
+    work.
 
     Parameters
     ----------

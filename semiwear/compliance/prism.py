@@ -9,8 +9,8 @@ so that strains are a cosine (or sine) times (B0 + k B1) q and the harmonics dec
     K_n = K0 + k K1 + k^2 K2,   K0 = int B0' D B0,   K1 = int (B0' D B1 + B1' D B0),   K2 = int B1' D B1
 
 A point load P at z0 moves the section at z by  sum_n (c_n/L) cos(k z) cos(k z0) K_n^-1 P,  c_0 = 1, c_n = 2.
-The cosines mirror the body at its ends: shear stress and axial displacement vanish there; `tooth_ends` sets that
-displacement free. Each harmonic is assembled for one pitch; `pitch_chain` joins the pitches.
+The cosines mirror the body at its ends: shear stress and axial displacement vanish there; `tooth_ends` corrects that
+to a free end. Each harmonic is assembled for one pitch; `pitch_chain` joins the pitches.
 
 Source: Y. K. Cheung, Finite Strip Method in Structural Analysis, Pergamon 1976, ch. 6 (finite prisms);
 O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (semi-analytical).
@@ -61,7 +61,7 @@ class PrismSection:
     load_profile : (H,) array
         Profile coordinate of the load heights, from the lower end of the flank to the tip.
     depth : (H,) array [mm]
-        Distance from the flank to the mid-surface point that belongs to it, along the inward normal.
+        Distance from the flank to its mid-surface point, along the inward normal.
     deflection : (N, 5, H, H) array [mm/N]
         Displacement of the mid-surface point of height i of the tooth at an offset of `DEFLECTION_OFFSETS`,
         along the inward normal at i, for a unit load at height j of the middle tooth. Made reciprocal:
@@ -70,11 +70,11 @@ class PrismSection:
         Tangential stress at the points of the fillet on the loaded side (x > 0) of the tooth at an offset of
         `STRESS_OFFSETS`, tensile positive.
     fillet_points : (F, 2) array [mm]
-        Where the stress is given, from the end of the flank to the root.
+        Points of the stress, from the end of the flank to the root.
     fillet_share : (F,) array
-        The same places as length from the end of the flank over the fillet's.
+        The same points as length from the end of the flank over the fillet's.
     asymmetry : float
-        Greatest change that making the deflection reciprocal brought, relative to the greatest at n = 0.
+        Greatest change of the deflection by symmetrisation, relative to the greatest at n = 0.
     """
 
     width: float
@@ -127,10 +127,10 @@ def prism_section(
         Solve every harmonic instead of about fourteen with a spline between them.
     fillet_elements, elements_across, elements_below, name
         See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small; 8 along the
-        fillet and 5 across the tooth, and more where the fillet is sharp or the rim thin (`elements_at_root`). These
-        and the heights are spent where they count: the greatest fillet stress is within 1 % of the converged
+        fillet and 5 across the tooth, and more where the fillet is sharp or the rim thin (`elements_at_root`). With
+        these the greatest fillet stress is within 1 % of the converged
         section's with the usual fillets, within 3 % where the tool is not rounded. With six along the fillet, a load
-        within half a millimetre of its upper end leaves a false stress below it, half as high as the true peak.
+        within half a millimetre of its upper end causes a spurious stress below it, half as high as the true peak.
 
     Returns
     -------
@@ -145,23 +145,23 @@ def prism_section(
 
     Notes
     -----
-    Three limits. Loads are points of the section, so that stress within about 2 mm of a load depends on the
-    mesh; the lowest height is the end of the fillet itself, and a load there stresses a fillet much shorter than
-    that as no contact can. Stress grows without limit as a fillet's radius goes to zero: it follows down to a
-    thousandth of the way across, and a sharp corner is refused. And waves shorter than 2 L/(N - 1) are missing:
-    where the mid-surface lies closer to the load than half of that (thin tips), its deflection under a point load
-    is too small, though not under one spread over such a length.
+    Three limits. Loads act at points of the section, so that stress within about 2 mm of a load depends on the
+    mesh; the lowest height is the end of the fillet itself, and the stress of a much shorter fillet under a load
+    there is not that of a real contact. Stress grows without limit as a fillet's radius goes to zero: it is resolved
+    down to a thousandth of the way across, and a sharp corner is refused. And waves shorter than 2 L/(N - 1) are
+    missing: where the mid-surface lies closer to the load than half of that (thin tips), its deflection under a point
+    load is too small, but not under a load spread over such a length.
     """
     _check_numbers(width, youngs_modulus, poissons_ratio, harmonics, rack_teeth)
     if isinstance(section.rim, RingRim) and section.rim.teeth < 6:
         raise SectionMeshError(f"{name}: a ring needs 6 teeth at least, not {section.rim.teeth}")
-    wanted = elements_at_root(section)
+    at_root = elements_at_root(section)
     mesh = section_mesh(
         section,
         heights=heights,
-        fillet_elements=wanted.along if fillet_elements is None else fillet_elements,
-        elements_across=wanted.across if elements_across is None else elements_across,
-        towards_surface=wanted.growth,
+        fillet_elements=at_root.along if fillet_elements is None else fillet_elements,
+        elements_across=at_root.across if elements_across is None else elements_across,
+        towards_surface=at_root.growth,
         elements_below=_elements_below(section) if elements_below is None else elements_below,
         name=name,
     )
@@ -198,7 +198,7 @@ class _Observer:
 
     load: csr_matrix  # (H, 3 n): unit loads on the flank
     deflection: csr_matrix  # (H, 3 n)
-    stress: csr_matrix  # (F, 3 n): part that the section strains, and ...
+    stress: csr_matrix  # (F, 3 n): part by strains in the section, and ...
     stress_along: csr_matrix  # ... part to be multiplied by k
     depth: FloatArray
     fillet_points: FloatArray
@@ -231,7 +231,7 @@ class _Observer:
 
 
 def _solved_harmonics(harmonics: int) -> IntArray:
-    """Harmonics to solve: 0 to 6 and then by steps of a quarter, 8, 10, 12, 16 ..., and the last."""
+    """Harmonics to solve: 0 to 6, then each a quarter higher, 8, 10, 12, 16 ..., and the last."""
     solved = [0]
     while solved[-1] < harmonics - 1:
         solved.append(min(max(solved[-1] + 1, round(1.25 * solved[-1])), harmonics - 1))
@@ -239,19 +239,19 @@ def _solved_harmonics(harmonics: int) -> IntArray:
 
 
 def _elements_below(section: ToothSection) -> int:
-    """Elements from a tooth down to where it is held: towards a small bore strains grow as 1/r^2."""
+    """Elements from a tooth down to the held face: towards a small bore strains grow as 1/r^2."""
     if not isinstance(section.rim, RingRim) or section.rim.bore_radius <= 0.0:
         return 3  # a ring without a bore is refused when it is meshed
     ratio = float(np.hypot(*section.fillet[-1])) / section.rim.bore_radius
     return 3 + max(0, ceil(6.0 * log(ratio / 2.5)))
 
 
-def _between_harmonics(solved: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+def _between_harmonics(solved: FloatArray, values: FloatArray, harmonics: FloatArray) -> FloatArray:
     """Quintic spline through the solved harmonics and their mirror images: influence is even in k."""
-    if len(solved) == len(wanted):
+    if len(solved) == len(harmonics):
         return values
     mirrored = np.concatenate([-solved[:0:-1], solved])
-    return np.asarray(make_interp_spline(mirrored, np.concatenate([values[:0:-1], values]), k=5)(wanted))
+    return np.asarray(make_interp_spline(mirrored, np.concatenate([values[:0:-1], values]), k=5)(harmonics))
 
 
 def _check_numbers(

@@ -1,4 +1,4 @@
-"""Quadratic elements along a line: corners and middles in turn."""
+"""Quadratic elements along a line: corner and middle nodes in turn."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def quadratic_slopes(at: FloatArray) -> FloatArray:
 
 
 def quadratic_weights(z: FloatArray, places: FloatArray) -> FloatArray:
-    """Weights (places, S) of the nodes z, corners and middles of elements in turn, at places."""
+    """Weights (places, S) of the nodes z, corners and middles of elements in turn, at given positions."""
     element = np.clip(np.searchsorted(z[::2], places, side="right") - 1, 0, z.size // 2 - 1)
     low, high = z[2 * element], z[2 * element + 2]
     weights = np.zeros((places.size, z.size))

@@ -1,4 +1,4 @@
-"""The root of a tooth: where its stress is worked out, and by which loads."""
+"""Points of the tooth root at which stress is computed, and the loads at the load heights."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from semiwear.compliance.prism import PrismSection
 from semiwear.kernel_cache import inner_njit
 
 ROOT_FROM = 0.3
-"""Share of the fillet's length, from the flank's end, in which stress is no root stress: a load beside the fillet
-leaves the stress of its own contact there, while the notch's own greatest stands lower, wherever the load."""
+"""Fraction of the fillet's length, from the flank's end, that is left out of the root stress: a load beside the
+fillet causes local contact stress there, while the greatest stress of the notch lies lower for every load."""
 
 ROOT_POINTS = 17
-"""Points of the root at which stress is worked out."""
+"""Points of the root at which stress is computed."""
 
 ROOT_STATIONS = 33
-"""Places along the width at which it is, in the middles of as many equal parts."""
+"""Stations along the width, in the middles of as many equal parts."""
 
-# the greatest is sought between the stations as well: on a wide tooth the peak under a short load lies between two
+# the maximum is sought between the stations as well: on a wide tooth the peak under a short load lies between two
 _BETWEEN_STATIONS = make_interp_spline(np.arange(ROOT_STATIONS), np.eye(ROOT_STATIONS), k=3)(
     np.linspace(0.0, ROOT_STATIONS - 1.0, 4 * ROOT_STATIONS - 3)
 )
@@ -49,13 +49,13 @@ def _share_out(force, moved, place, place_slope, heights, local, loads):  # type
 def loads_by_height(
     force: FloatArray, moved: FloatArray, place: FloatArray, place_slope: FloatArray, heights: FloatArray
 ) -> FloatArray:
-    """Forces at places across contact lines, shared among load heights.
+    """Forces at points across contact lines, distributed to load heights.
 
     Parameters
     ----------
     force : (roll, face) or (roll, face, places) array [N]
     moved : array [mm]
-        How far each force acts from the line, in the driven flank's profile coordinate; shaped like `force`.
+        Distance of each force from the line, in the driven flank's profile coordinate; shaped like `force`.
     place, place_slope : (roll, face) arrays
         Height of the line as a share of the flank, and its derivative by the driven profile [1/mm].
     heights : (H,) array

@@ -1,8 +1,8 @@
-"""Plane elements of a tooth's section: its stiffness, rows of loads and readings, and where its fillet is read.
+"""Plane elements of a tooth's section: its stiffness, rows of loads and readings, and Gauss points of its fillet.
 
 Unknowns are 3 node + (u, v, w). Strains are (xx, yy, zz, xy, yz, xz), shear as angles; from the unknowns of an
-element, nine nodes with three components, they are matrices (6, 9, 3) at each quadrature place. B0 gives the
-strains of a displacement that is the same along z, B1 those of its derivative along z.
+element, nine nodes with three components, they are matrices (6, 9, 3) at each quadrature point. B0 gives the
+strains of a displacement that is constant along z, B1 those of its derivative along z.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def harmonic_integrals(mesh: SectionMesh, youngs_modulus: float, poissons_ratio:
     along = np.zeros((values.shape[1], 6, 9, 3))
     along[:, 2, :, 2] = values.T
     along[:, 4, :, 1] = along[:, 5, :, 0] = -values.T
-    return _of_alike_sections(mesh, along, youngs_modulus, poissons_ratio)
+    return _of_constant_section(mesh, along, youngs_modulus, poissons_ratio)
 
 
 def section_integrals(
     mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float, along: float, lean: float
 ) -> HarmonicMatrices:
-    """Integrals over a section of a body whose sections are alike along z: strains are B0 q + B1 dq/dz.
+    """Integrals over a section of a body with constant section along z: strains are B0 q + B1 dq/dz.
 
     Parameters
     ----------
@@ -60,10 +60,10 @@ def section_integrals(
     by_z[:, 2, :, 2] = by_z[:, 4, :, 1] = by_z[:, 5, :, 0] = along * values.T
     for strain, component in ((0, 0), (3, 1), (5, 2)):
         by_z[:, strain, :, component] += lean * values.T
-    return _of_alike_sections(mesh, by_z, youngs_modulus, poissons_ratio)
+    return _of_constant_section(mesh, by_z, youngs_modulus, poissons_ratio)
 
 
-def _of_alike_sections(
+def _of_constant_section(
     mesh: SectionMesh, along: FloatArray, youngs_modulus: float, poissons_ratio: float
 ) -> HarmonicMatrices:
     """Integrals with strains in the plane as B0, and `along` as B1, (q, 6, 9, 3)."""
@@ -74,13 +74,13 @@ def _of_alike_sections(
 
 
 def shape_values() -> FloatArray:
-    """Shape functions at the quadrature places: (9, q) array."""
+    """Shape functions at the quadrature points: (9, q) array."""
     points, _ = get_quadrature(ELEMENT.refdom, 4)
     return np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])
 
 
 def gradients(mesh: SectionMesh) -> tuple[FloatArray, FloatArray]:
-    """Gradients of shape functions, (m, q, 2, 9) [1/mm], and areas of the quadrature places, (m, q) [mm^2]."""
+    """Gradients of shape functions, (m, q, 2, 9) [1/mm], and areas of the quadrature points, (m, q) [mm^2]."""
     points, weights = get_quadrature(ELEMENT.refdom, 4)
     reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])  # (9, 2, q)
     jacobian = jacobians(mesh, points)
@@ -89,7 +89,7 @@ def gradients(mesh: SectionMesh) -> tuple[FloatArray, FloatArray]:
 
 
 def plane_strains(gradient: FloatArray) -> FloatArray:
-    """B0 of sections that are alike along z, (m, q, 6, 9, 3), from `gradients`."""
+    """B0 of a section that is constant along z, (m, q, 6, 9, 3), from `gradients`."""
     plane = np.zeros((*gradient.shape[:2], 6, 9, 3))
     plane[:, :, 0, :, 0] = plane[:, :, 3, :, 1] = plane[:, :, 5, :, 2] = gradient[:, :, 0]
     plane[:, :, 1, :, 1] = plane[:, :, 3, :, 0] = plane[:, :, 4, :, 2] = gradient[:, :, 1]
@@ -146,9 +146,9 @@ def node_rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr
 
 
 def mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Where the inward normals cut the centre line: nodes and their weights (H, 3), points (H, 2).
+    """Intersections of the inward normals with the centre line: nodes and their weights (H, 3), points (H, 2).
 
-    On a thin rim they do not go farther down than to half its thickness: what is held tells no deflection.
+    On a thin rim they stay above half its thickness, away from the held face, which does not deflect.
     """
     flank, normal = mesh.nodes[mesh.flank], mesh.flank_normal
     height = mesh.nodes[mesh.centre_line, 1]  # falling

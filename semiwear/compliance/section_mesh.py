@@ -1,7 +1,7 @@
-r"""One pitch of a tooth section as curved quadratic quadrilaterals, built by blocks without a mesher.
+r"""One pitch of a tooth section as curved quadratic quadrilaterals, built from blocks without a mesh generator.
 
-Half a pitch is two blocks, mirrored about the centre line. T is the tip, M the middle of the fillet (where
-the tangent has made half its turn), G the middle of the tooth space, C a point on the centre line below M,
+Half a pitch is two blocks, mirrored about the centre line. T is the tip, M the middle of the fillet (at half
+the turning of its tangent), G the middle of the tooth space, C a point on the centre line below M,
 B the foot of the centre line::
 
         T---.  tip corner
@@ -14,9 +14,9 @@ B the foot of the centre line::
         |            |
         B------------'       held: back face of a rack, bore of a ring
 
-Block 1 lies between the outline from tip to M and the centre line from T to C; block 2 hangs below the
-outline from M to G, with the bent side M-C-B facing the straight side below G. Block 2 is interpolated
-transfinitely, for a ring in polar coordinates about its centre. The side below G is the same for both halves,
+Block 1 lies between the outline from tip to M and the centre line from T to C; block 2 lies below the
+outline from M to G, with the bent side M-C-B opposite the straight side below G. Block 2 is made by transfinite
+interpolation, for a ring in polar coordinates about its centre. The side below G is the same for both halves,
 so that pitches join node by node.
 """
 
@@ -68,7 +68,7 @@ class RootElements(NamedTuple):
     across : int
         Across the half tooth.
     growth : float
-        Exponent by which those grow from the surface inwards.
+        Exponent of the growth of elements across from the surface inwards.
     """
 
     along: int = 8
@@ -77,12 +77,12 @@ class RootElements(NamedTuple):
 
 
 USUAL = RootElements()
-"""Of fillets that are not sharp, on rims that are not thin."""
+"""For fillets that are not sharp, on rims that are not thin."""
 
-_SHARP = 12.0  # fillets with a radius below this part of the way across ask for finer elements at the surface ...
-_SHARPEST = 300.0  # ... but no more when it is below this one
-_SKEW = 1.6  # sideways over down from the fillet to the centre line, where it is more than that of the normal ...
-_MOST_SKEW = 4.0  # ... as a part of this or of the normal's
+_SHARP = 12.0  # distance to the centre line over fillet radius above which elements at the surface are refined ...
+_SHARPEST = 300.0  # ... up to this ratio
+_SKEW = 1.6  # least horizontal over vertical distance from fillet to centre line that counts as skew ...
+_MOST_SKEW = 4.0  # ... and the greatest excess over it, or over that of the normal, as a factor
 
 
 @dataclass(frozen=True)
@@ -149,12 +149,12 @@ def section_mesh(
     elements_below : int
         Elements below the tooth down to the held face.
     land_elements : int, optional
-        Elements along the root from the fillet to the middle of the tooth space, for sections that are to be alike
-        node by node; by default as its length requires.
+        Elements along the root from the fillet to the middle of the tooth space, for sections with corresponding
+        nodes; by default from its length.
     towards_surface : float
-        Exponent by which elements across the half tooth grow from the surface inwards, see `elements_at_root`.
+        Exponent of the growth of elements across the half tooth from the surface inwards, see `elements_at_root`.
     name : str
-        What error messages call this section.
+        Name of this section in error messages.
 
     Returns
     -------
@@ -225,12 +225,12 @@ def section_mesh(
 def elements_at_root(section: ToothSection) -> RootElements:
     """Elements that resolve the stress of a section's fillet.
 
-    The stress of a notch falls off within a part of its radius. Where the tool is all but sharp, the usual elements
-    below the surface are larger than that: stress was 10 % too low with a radius of a fiftieth of the way across the
-    tooth, 23 % with a hundred-and-eightieth; so many more and thinner ones leave it within 3 %.
+    The stress of a notch decays within a fraction of its radius. Where the tool is nearly sharp, the usual elements
+    below the surface are larger than that: stress was 10 % too low with a radius of 1/50 of the distance across the
+    tooth, 23 % with 1/180; with this refinement it is within 3 %.
 
-    Above a thin rim elements have no room to leave the fillet at right angles. As skew as there, the usual ones made
-    of a load at the fillet's end a peak 10 % too high, and lost 2 % of others; with more of them it is 1 %.
+    Above a thin rim elements cannot leave the fillet at right angles. With the usual number of skew elements the peak
+    by a load at the fillet's end was 10 % too high, others 2 % too low; with more elements the error is 1 %.
     """
     fillet = fillet_stations(section, 2)
     aside, down = fillet[2, 0], fillet[2, 1] - point_below_tooth(section, fillet, 2)

@@ -1,7 +1,7 @@
-"""The outline of a tooth section as stations: where element corners stand along flank, fillet and root land.
+"""The outline of a tooth section as stations: element corners along flank, fillet and root land.
 
-What `section_mesh` builds its blocks from, in a frame in which the rim is a rectangle; and what makes an outline
-impossible to mesh.
+`section_mesh` builds its blocks from them, in a frame in which the rim is a rectangle. Outlines that cannot be meshed
+are refused.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from semiwear.errors import SemiwearError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 
 TOWARDS_FILLET = 1.6
-"""Exponent by which load heights spread out from the fillet to the tip."""
+"""Exponent of the spacing of load heights from the fillet to the tip."""
 
 
-_LEAST_FILLET = 1e-5  # of the flank's length: what is shorter is a corner
-_LEAST_TURNING = 0.1  # of a fillet that has a middle of its turning [rad]
-_SHORTEST_LAND = 0.02  # of an element of the fillet, where a land is asked for whatever its length
+_LEAST_FILLET = 1e-5  # of the flank's length: a shorter fillet is a corner
+_LEAST_TURNING = 0.1  # least turning of a fillet for which its middle is defined [rad]
+_SHORTEST_LAND = 0.02  # of an element of the fillet, where the number of land elements is given
 
 
 class SectionMeshError(SemiwearError, ValueError):
-    """A tooth section cannot be meshed; the message names the section and the place."""
+    """A tooth section cannot be meshed; the message names the section and the location."""
 
 
 class Plane:
@@ -61,7 +61,7 @@ def frame_of(section: ToothSection) -> Plane:
 def load_heights(count: int) -> FloatArray:
     """Load heights as shares of the flank's profile, from its lower end to its tip, (count,) array.
 
-    They crowd towards the fillet, whose stress changes fastest with the height of a load that stands beside it.
+    They are denser towards the fillet, whose stress changes fastest with the height of a load beside it.
     """
     return (np.arange(count) / (count - 1)) ** TOWARDS_FILLET
 
@@ -126,7 +126,7 @@ def fillet_stations(section: ToothSection, elements: int) -> FloatArray:
 
 
 def _turning(curve: _Curve) -> tuple[FloatArray, FloatArray]:
-    """Places along a curve [mm] and by how much its tangent has turned there [rad]."""
+    """Positions along a curve [mm] and the turning of its tangent up to there [rad]."""
     fine = np.linspace(0.0, curve.length[-1], 401)
     tangent = curve.tangent(fine)
     angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
@@ -134,7 +134,7 @@ def _turning(curve: _Curve) -> tuple[FloatArray, FloatArray]:
 
 
 def least_radius(section: ToothSection) -> float:
-    """Radius [mm] of a fillet where it is sharpest, by the shortest piece that does a quarter of its turning."""
+    """Least radius [mm] of a fillet, from the shortest piece with a quarter of its turning."""
     place, turning = _turning(_Curve.through(section.fillet))
     if turning[-1] < _LEAST_TURNING:
         return np.inf
@@ -147,9 +147,10 @@ def least_radius(section: ToothSection) -> float:
 def root_land(
     section: ToothSection, fillet: FloatArray, frame: Plane, fillet_elements: int, elements: int | None = None
 ) -> FloatArray:
-    """Points from the end of the fillet (left out) to mid-space, on so many elements.
+    """Points from the end of the fillet (left out) to mid-space, on a number of elements.
 
-    Without a number of elements as many as the land is long, and a fillet that all but ends at mid-space snaps to it.
+    Without a number it follows from the length of the land, and a fillet that ends very near mid-space is moved to
+    it.
     """
     end = frame.from_xy(fillet[-1])
     middle = np.array([_half_pitch(section), end[1]])
@@ -158,7 +159,7 @@ def root_land(
     if elements is None and length < 0.1 * size:
         fillet[-1] = frame.to_xy(middle)
         return np.empty((0, 2))
-    if length < _SHORTEST_LAND * size:  # asked for nevertheless: the fillet, flat there, ends that much earlier
+    if length < _SHORTEST_LAND * size:  # the land is required: the fillet, flat there, ends that much earlier
         fillet[-1] = frame.to_xy(middle - np.array([_SHORTEST_LAND * size, 0.0]) / _per_mm(section, middle))
         end = frame.from_xy(fillet[-1])
     count = elements or int(np.clip(round(0.7 * length / size), 1, 4))
@@ -186,7 +187,7 @@ def foot_height(section: ToothSection) -> float:
 def point_below_tooth(section: ToothSection, fillet: FloatArray, middle: int) -> float:
     """Height of C, where the normal of the outline at M meets the centre line, but well inside the rim.
 
-    On a deep rim it stays near the tooth: elements from M to C are few, and those at the fillet as large as they are.
+    On a deep rim it stays near the tooth, since the few elements from M to C set the size of those at the fillet.
     """
     x, y = fillet[middle]
     tangent = fillet[middle + 1] - fillet[middle - 1]

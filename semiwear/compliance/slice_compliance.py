@@ -8,7 +8,7 @@ from semiwear.arrays import FloatArray, IntArray
 
 
 class SliceCompliance(Protocol):
-    """Something that yields under the contact forces besides the half-space and the teeth."""
+    """A compliance under the contact forces in addition to half-space and teeth."""
 
     def matrix(self, at: tuple[IntArray, IntArray], starts: IntArray) -> FloatArray:
         """Compliance between slices.

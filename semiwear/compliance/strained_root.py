@@ -1,11 +1,11 @@
-"""The root of a tooth whose wheel is strained: a notch in a field that comes from elsewhere.
+"""Root stress of a tooth by strain of its wheel: a notch in a remote stress field.
 
-Under a stress in the wheel along its surface, normal to the teeth, the fillet has that stress times a factor of its
-own: twice or more on the root between the teeth, which is a notch in a row of alike ones, some 1 where a load on the
-tooth stresses the fillet most, and none towards the flank, which the stress passes by.
+Under a stress in the wheel along its surface, normal to the teeth, the fillet has that stress times a
+notch factor: 2 or more on the root between the teeth, which is one of a row of equal notches, about 1 where a load on
+the tooth stresses the fillet most, and falling to 0 towards the flank, which is outside the stress flow.
 
-Plane strain of one pitch, whose sides and foot follow an even strain across the teeth and are free otherwise: with
-straight sides and no tooth on it the stress would be even.
+Plane strain of one pitch, whose sides and foot follow a uniform strain across the teeth and are free otherwise: with
+straight sides and without a tooth the stress would be uniform.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def strained_root(section: ToothSection, *, poissons_ratio: float) -> tuple[Floa
     Returns
     -------
     share : (F,) array
-        Places along the fillet as shares of its length from the end of the flank.
+        Positions along the fillet as fractions of its length from the end of the flank.
     factor : (F,) array
     """
     along, across, growth = elements_at_root(section)

@@ -1,19 +1,20 @@
-r"""Teeth whose section changes along the face: a correction of finite prisms by a tooth that really tapers.
+r"""Teeth whose section changes along the face: a correction of finite prisms by a model of the tapered tooth.
 
-A prism answers as if the whole tooth had the section at hand. Beside the load that is right; farther away the tooth
+A prism has the local section all along. Near the load that is right; farther away the tooth
 is thicker on one side than on the other, load spreads to the stiffer side, and the prism's ends are mirrors where the
-real ones are free. All of this is smooth, so few shapes of the section describe it. With the same mesh on every
+real ones are free. These effects are smooth, so few shapes of the section describe them. With the same mesh on every
 section (its nodes move with z) and displacements
 
     u(X, z) = sum_r Phi_r(X) c_r(z)        c_r cubic B-splines along the face, Phi_r shapes of three pitches,
 
-the strain is B_a u + B_b du/dz, where B_a holds the slant of the lines along the tooth (the derivative by z at a
-place is that along such a line less the slant times the derivatives in the section), and Galerkin's matrix
+the strain is B_a u + B_b du/dz, where B_a contains the slant of the lines along the tooth (the derivative by z at a
+point is that along such a line minus the slant times the derivatives in the section), and Galerkin's matrix
 
     int  c' A c + c' M c_z + c_z' M' c + c_z' B c_z  dz,   A = Phi' int B_a' D B_a Phi and so on, splines in z,
 
-is small and banded; its ends are free of themselves. What the prisms of single sections give on the same shapes is
-taken off the prisms, and this tooth's answer is put in its place: errors of few shapes are in both and cancel.
+is small and banded; its ends are free by the natural boundary condition. The solution of the prisms of single
+sections in the same shapes is subtracted, and that of the tapered tooth added: truncation errors are in both and
+cancel.
 
 Source: Ritz's method on a reduced basis: G. Rozza, D. B. P. Huynh, A. T. Patera, Arch. Comput. Methods Eng. 15 (2008)
 229-275; C. de Boor, A Practical Guide to Splines, 2001 (B-splines).
@@ -50,16 +51,16 @@ from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 from semiwear.threads import in_threads
 
-_OFFSETS = (-1, 0, 1)  # pitches of the tapering tooth
+_OFFSETS = (-1, 0, 1)  # pitches of the tapered tooth
 _SHAPE_TOLERANCE = 1e-4  # of the energy of the strongest shape
-_SHAPE_WAVES = (0, 2, 6, 16)  # harmonics whose answers the shapes come from
+_SHAPE_WAVES = (0, 2, 6, 16)  # harmonics whose solutions give the shapes
 _JUMPS = 8
 _DEGREE = 3
 
 
 @dataclass(frozen=True)
 class Taper:
-    """Correction of residual prisms for a tapering tooth, on load heights (H) and B-splines along the face (N).
+    """Correction of residual prisms for a tapered tooth, on load heights (H) and B-splines along the face (N).
 
     Attributes
     ----------
@@ -103,7 +104,7 @@ def tapered(
     poissons_ratio: float,
     name: str = "tooth section",
 ) -> tuple[tuple[PrismSection, ...], Taper]:
-    """Residual prisms of a tooth's sections, and what the tapering tooth puts in the place of what was taken off.
+    """Residual prisms of a tooth's sections, and the solution of the tapered tooth that replaces the subtracted part.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def tapered(
         Face coordinate of the lower end, and length of the tooth.
     youngs_modulus [MPa], poissons_ratio : float
     name : str
-        What error messages call the sections.
+        Name of the sections in error messages.
     """
     heights, harmonics = prisms[0].load_profile.size, prisms[0].deflection.shape[0]
     meshes = [section_mesh(section, heights=heights, land_elements=1, name=name) for section in sections]
@@ -144,7 +145,7 @@ def tapered(
 
 
 def _knots(start: float, width: float, spans: int) -> FloatArray:
-    """Knots about as far apart as the prisms' shortest half wave is long, and half as far beside the ends."""
+    """Knots at about the prisms' shortest half wave length, and at half of it beside the ends."""
     even = np.arange(spans + 1.0)
     beside = np.array([0.5, 1.5])
     places = start + width * np.sort(np.concatenate([even, beside, spans - beside])) / spans
@@ -182,7 +183,7 @@ class _Pitches:
         return cls(tuple(maps))
 
     def joined(self, matrix: csr_matrix) -> csr_matrix:
-        """A matrix of every pitch, for all of them."""
+        """Matrix of the three pitches from that of each."""
         return sum((m.T @ matrix @ m for m in self.maps[1:]), start=self.maps[0].T @ matrix @ self.maps[0])
 
 
@@ -191,33 +192,33 @@ def _shapes(
 ) -> tuple[tuple[FloatArray, ...], BoolArray]:
     """Shapes (3 n, r) of the three pitches, and which of the r are axial.
 
-    They come from the prisms' own answers at a few sections and waves to loads on the flank and to jumps of an end
-    (`open_ends`); motion in the section and along the face are shapes of their own. Strongest energies are kept.
+    They are prism solutions at a few sections and waves for loads on the flank and jumps of an end
+    (`open_ends`); motion in the section and along the face are separate shapes. Those of greatest energy are kept.
     """
-    usual = 4.0 * np.pi / width  # wave number by which energies along the face are measured
+    reference_wave = 4.0 * np.pi / width  # wave number for energies along the face
 
-    def answers_of(mesh: SectionMesh) -> tuple[FloatArray, csr_matrix]:
+    def solutions_of(mesh: SectionMesh) -> tuple[FloatArray, csr_matrix]:
         k0, mixed, k2 = harmonic_integrals(mesh, *elastic)
         jumps = EndJumps.of(mesh, k0, mixed, k2, _JUMPS)
         own = pitches.maps[_OFFSETS.index(0)]
         load = node_rows(mesh, mesh.flank[:, None], mesh.flank_normal[:, None])
         whole = [pitches.joined(matrix) for matrix in (k0, mixed + mixed.T, k2)]
         jump = np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]]))
-        found = [(own.T @ jump) / (usual * np.sqrt(np.diag(jumps.stiffness)))]
+        found = [(own.T @ jump) / (reference_wave * np.sqrt(np.diag(jumps.stiffness)))]
         for wave in _SHAPE_WAVES:
             k = wave * np.pi / width
             loads = (vstack([load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
             stiffness = (whole[0] + k * whole[1] + k**2 * whole[2]).tocsc()
             moved = symmetric_factor(stiffness, "MMD_AT_PLUS_A").solve(loads)
             found.append(moved / np.sqrt(np.einsum("ij,ij->j", moved, loads)))
-        return np.hstack(found), whole[0] + usual**2 * whole[2]
+        return np.hstack(found), whole[0] + reference_wave**2 * whole[2]
 
-    each = in_threads(answers_of, meshes)
-    answers, mixed_energy = np.hstack([found for found, _ in each]), each[len(meshes) // 2][1]
-    component = np.arange(len(answers)) % 3
+    each = in_threads(solutions_of, meshes)
+    solutions, mixed_energy = np.hstack([found for found, _ in each]), each[len(meshes) // 2][1]
+    component = np.arange(len(solutions)) % 3
     kept = []
     for part in (component < 2, component == 2):
-        own_part = np.where(part[:, None], answers, 0.0)
+        own_part = np.where(part[:, None], solutions, 0.0)
         energy, vector = eigh(own_part.T @ (mixed_energy @ own_part))
         strong = energy > _SHAPE_TOLERANCE * energy[-1]
         kept.append(own_part @ (vector[:, strong] / np.sqrt(energy[strong])))
@@ -261,7 +262,7 @@ class _Reduced:
         for matrix in _slanted_matrices(mesh, slant, elastic):
             loaded = matrix @ side_by_side
             stiffness.append(sum(p.T @ loaded[:, k * count : (k + 1) * count] for k, p in enumerate(shapes)))
-        # a flank that tapers has a normal with a share along the face
+        # the normal of a tapered flank has a component along the face
         along = -np.einsum("hi,hi->h", mesh.flank_normal, slant[mesh.flank])
         normal = np.column_stack([mesh.flank_normal, along])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -301,7 +302,7 @@ def _gauges(mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]) 
     moves = np.einsum("fa,fai->fi", values, slant[nodes])
     slid = np.einsum("fi,fi->f", moves, tangent)
     stretch = np.sqrt(1.0 + np.einsum("fi,fi->f", moves, moves) - slid**2)[:, None]
-    # unit vector across the fillet in its surface: along the line less what that slides down the fillet
+    # unit vector across the fillet in its surface: along the line minus its component down the fillet
     across = np.column_stack([moves - slid[:, None] * tangent, np.ones(len(slid))]) / stretch
     down = np.column_stack([tangent, np.zeros(len(slid))])
     strain = slopes[:, :, None] * (down - poissons_ratio * (slid[:, None] / stretch) * across)[:, None]
@@ -311,7 +312,7 @@ def _gauges(mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]) 
 
 
 def _residual(prism: PrismSection, reduced: _Reduced, axial: BoolArray, width: float) -> PrismSection:
-    """A prism less what the few shapes have of it, wave by wave."""
+    """A prism minus its solution in the few shapes, wave by wave."""
     fixed, mixed, along = reduced.stiffness
     # u and v follow cosines, w sines: d/dz is -k of the former and +k of the latter
     signed = np.where(axial, 1.0, -1.0)
@@ -338,13 +339,13 @@ def _residual(prism: PrismSection, reduced: _Reduced, axial: BoolArray, width: f
 def _solved(
     sections: list[_Reduced], faces: FloatArray, knots: FloatArray, stations: FloatArray, root: FloatArray
 ) -> Taper:
-    """Answer of the tapering tooth to unit loads at every height and spline."""
+    """Solution of the tapered tooth for unit loads at every height and spline."""
     basis = _splines(knots)
     slope = basis.derivative()
     count, shapes = len(knots) - _DEGREE - 1, sections[0].load.shape[1]
-    between = CubicSpline(faces, np.eye(len(faces)))  # of what is known on the sections, (place, section)
+    between = CubicSpline(faces, np.eye(len(faces)))  # from values on the sections, (position, section)
 
-    # integrals over the face of products of splines and of what lies between sections
+    # integrals over the face of products of splines and of section values interpolated between sections
     ends = np.unique(knots)
     points, weights = np.polynomial.legendre.leggauss(_DEGREE + 2)
     half = np.diff(ends)[:, None] / 2
@@ -363,7 +364,7 @@ def _solved(
         block += (((a_z * b).T @ weighted) @ mixed).reshape(block.shape).swapaxes(1, 2)
         band[first, d] = block
 
-    # unit loads on splines: a load at z is the splines' values at z times these, section by section of its own place
+    # unit loads on splines: a load at z is the splines' values at z times these, with the section at each spline
     greville = np.array([knots[k + 1 : k + 1 + _DEGREE].mean() for k in range(count)])
     heights = len(sections[0].load)
     load = np.einsum("ab,bhr->ahr", between(greville), np.stack([s.load for s in sections]))

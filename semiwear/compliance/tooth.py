@@ -2,9 +2,9 @@
 
 Each body is a finite prism (`prism.py`) with one or several sections along its width. A load at height h and
 width coordinate s contributes cos(n pi s/L) times the prism's small matrices, interpolated to h by local cubics:
-a low-rank product. Where the section changes along the width, load and observer are each served by their own
-section and the two readings are averaged, which keeps the compliance symmetric. What that leaves out where a tooth
-tapers comes from `taper`.
+a low-rank product. Where the section changes along the width, the solutions with the section of the load and with
+that of the observer are averaged, which keeps the compliance symmetric. The remaining effect of a tapered tooth
+comes from `taper`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from semiwear.compliance.root import ROOT_FROM, ROOT_STATIONS, at_root, greatest
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.taper import Taper
 
-_MOST_KEPT = 2**27  # bytes of compliance between points, about
+_MOST_KEPT = 2**27  # bytes of cached compliance between points, about
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class ToothBody:
         tooth, -1 when it is the one behind.
     youngs_modulus [MPa], poissons_ratio [1] : float
     taper : Taper, optional
-        What a tooth that tapers adds to its sections' prisms, which are then what is left of them.
+        Correction of a tapered tooth; its sections' prisms are then residual ones.
     """
 
     start: float
@@ -60,16 +60,16 @@ class ToothBody:
         return self.start + self.width * (np.arange(ROOT_STATIONS) + 0.5) / ROOT_STATIONS
 
     def heights(self, places: LinePlaces) -> tuple[FloatArray, FloatArray]:
-        """Height of places as a share of the flank there, and its derivative by the driven profile [1/mm]."""
+        """Height of contact points as a share of the flank there, and its derivative by the driven profile [1/mm]."""
         section = _section_weights(self.faces, places.face)
-        # they count from the end of the fillet to the tip of the local section
+        # heights run from the end of the fillet to the tip of the local section
         root, tip = (section @ np.array([s.load_profile[end] for s in self.sections]) for end in (0, -1))
         return (places.profile - root) / (tip - root), places.slope / (tip - root)
 
 
 @dataclass(frozen=True)
 class LinePlaces:
-    """Where contact lines lie on one body: (roll, face) arrays.
+    """Position of contact lines on one body: (roll, face) arrays.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class LinePlaces:
 def _section_weights(faces: FloatArray, at: FloatArray) -> FloatArray:
     """Blending weights of the sections at face coordinates, local cubics: (..., B) array.
 
-    Straight lines between sections would all lie above the compliance, which falls ever more slowly along the face.
+    Linear interpolation would overestimate the compliance, which is a convex function of the face coordinate.
     """
     return cubic_weights(at, faces)[0]
 
@@ -107,7 +107,7 @@ class Elastic(Protocol):
 
 
 class CompliantBody(Protocol):
-    """One body's share of the compliance, prepared for the contact lines of all roll positions."""
+    """One body's compliance, prepared for the contact lines of all roll positions."""
 
     @property
     def body(self) -> Elastic:
@@ -115,7 +115,7 @@ class CompliantBody(Protocol):
 
     @property
     def depth(self) -> FloatArray:
-        """Distance from the flank to the middle surface, where deflection is read: (roll, face) [mm]."""
+        """Distance from the flank to the middle surface, at which deflection is taken: (roll, face) [mm]."""
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
@@ -127,33 +127,33 @@ class CompliantBody(Protocol):
 
 
 class BeyondPrism(Protocol):
-    """Compliance and root stress of a tooth beyond its prism."""
+    """Corrections of the compliance and root stress of a tooth's prism."""
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, teeth: IntArray, matrix: FloatArray, slope: FloatArray
     ) -> None:
-        """Add to the compliance between contact points, teeth counted towards where the load pushes."""
+        """Add to the compliance between contact points; teeth are counted in the direction of the load."""
 
     def at_root(self, at: FloatArray, fillet: FloatArray) -> BeyondRoot:
-        """Stress at places of the root, prepared for any loads.
+        """Stress at points of the root, prepared for any loads.
 
         `at` counts from the middle of the body [mm], `fillet` is a share of the fillet's length.
         """
 
 
 class BeyondRoot(Protocol):
-    """Stress at places of the root beyond that of the prism."""
+    """Stress at points of the root in addition to that of the prism."""
 
     def stress(self, loads: FloatArray, per_tooth: int) -> FloatArray:
         """Stress of the fillet [MPa], (roll, station, fillet point), by forces at load heights.
 
-        `per_tooth` is the number of rolls from a tooth to the next towards where the load pushes.
+        `per_tooth` is the number of rolls from a tooth to the next in the direction of the load.
         """
 
 
 @dataclass(frozen=True)
 class BodyOnLines:
-    """One body's share of the compliance, prepared for the contact lines of all roll positions.
+    """Compliance of one body's prisms, prepared for the contact lines of all roll positions.
 
     Attributes
     ----------
@@ -167,17 +167,17 @@ class BodyOnLines:
     cosine : (roll, face, N) array
         cos(n pi s/L).
     depth : (roll, face) array [mm]
-        Distance from the flank to the mid-surface, where the prism's deflection is read.
+        Distance from the flank to the mid-surface, at which the prism's deflection is taken.
     deflection : (5, B, H, N H) array
         Prism matrices [tooth offset, section, observer, harmonic and load], mm/N.
     stress : (B, N, H, 3 F) array
         Fillet stress [section, harmonic, load, tooth offset and fillet point], MPa/N.
     beyond : BeyondPrism or None
-        Its free ends, and the wheel of an inclined tooth.
+        Corrections for free ends, and for the wheel of an inclined tooth.
     splines : (roll, face, S) array, optional
-        Values of the splines of a tooth that tapers.
+        Values of the splines of a tapered tooth.
     local_heights, local_sections, local_splines : LocalWeights
-        The same weights, of points (roll face,) on the few nodes that are not zero.
+        The same weights, of points (roll face,), on their few non-zero nodes.
     """
 
     body: ToothBody
@@ -205,7 +205,7 @@ class BodyOnLines:
         harmonics = body.sections[0].deflection.shape[0]
         angle = np.pi * (places.face - body.start) / body.width
         depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
-        # the series resolves nothing shorter than half its last wave; nor may what is subtracted for it
+        # the series resolves no length below half its last wave, nor may the part subtracted from the half-space
         depth = np.maximum(depth, body.width / max(body.sections[0].deflection.shape[0] - 1, 1))
         deflection = np.stack([s.deflection for s in body.sections])  # (B, N, 5, obs, load)
         stress = np.stack([at_root(s, s.stress) for s in body.sections])  # (B, N, 3, F, load)
@@ -261,7 +261,7 @@ class BodyOnLines:
                 theirs = np.flatnonzero(pairs == loaded)
                 block = seen_by_points(self.deflection[reach + offset], *own) @ load[theirs].T
                 if self.body.taper is not None and abs(offset) <= 1:
-                    # the table is reciprocal: what tooth A sees of B is what B sees of A
+                    # the table is reciprocal: the deflection of tooth A by loads on B is the transpose of B's by A
                     table = self.body.taper.deflection[1 - offset]
                     assert self.splines is not None and self.local_splines is not None
                     block += between_points(
@@ -271,7 +271,7 @@ class BodyOnLines:
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
         if self.beyond is not None:
-            # the loaded side is where the load comes from
+            # `ahead` points to the loaded side, against the direction of the load
             self.beyond.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
 
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
@@ -281,13 +281,13 @@ class BodyOnLines:
         ----------
         force : (roll, face) array [N]
             Forces of every slice; roll positions of all pairs, `per_cycle` of them to a mesh cycle. With `moved` also
-            (roll, face, places): forces at several places across each line.
+            (roll, face, places): forces at several points across each line.
         per_cycle : int
             Number of roll positions to a base pitch.
         moved : array [mm], optional
-            How far from the contact line, in the driven flank's profile coordinate, each force acts; of the shape of
-            `force`. A worn flank is touched elsewhere than along the line: near the fillet a load bends the tooth
-            less but stresses the root beside it, so that a millimetre counts. Without it all act on the line.
+            Distance of each force from the contact line, in the driven flank's profile coordinate; of the shape of
+            `force`. On a worn flank the contact is beside the line: near the fillet a load bends the tooth
+            less but stresses the root beside it, so that a millimetre matters. By default all act on the line.
 
         Returns
         -------
@@ -305,7 +305,7 @@ class BodyOnLines:
         shares = self.section[loaded][..., None] * loads[loaded][:, :, None, :]
         modal = self.cosine[loaded].transpose(0, 2, 1) @ shares.reshape(*shares.shape[:2], -1)
         modal = np.ascontiguousarray(modal.transpose(1, 0, 2))
-        # the mean of the stress in the load's section, and of that in the observer's under all loads
+        # the mean of the stresses with the section of the load and with that of the observer
         stations, points = ROOT_STATIONS, width // 3
         table = self.stress.transpose(1, 0, 2, 3).reshape(harmonics, -1, width)  # (harmonic, section and height, ...)
         by_load = modal @ table
@@ -328,7 +328,7 @@ class BodyOnLines:
 
     @cached_property
     def _beyond_root(self) -> BeyondRoot | None:
-        """Beyond the prism: stress at the stations and at points of the fillet."""
+        """Corrections of the stress at the stations and at points of the fillet."""
         if self.beyond is None:
             return None
         body = self.body
@@ -342,26 +342,26 @@ class BodyOnLines:
         return np.asarray(np.cos(np.pi * np.outer(share, np.arange(self.stress.shape[1]))))
 
     def _add_by_height(self, loads: FloatArray, rolls: IntArray, stress: FloatArray) -> None:
-        """Add stress that goes by the height of loads (roll, face, H) at some rolls: (roll, offset station point)."""
+        """Add stress tabulated by height of loads (roll, face, H) at some rolls: (roll, offset station point)."""
         along = self._along[rolls].transpose(0, 2, 1) @ loads
         for spread, table in zip(np.ascontiguousarray(along.transpose(2, 0, 1)), self._root_by_height, strict=True):
-            on = np.flatnonzero(spread.any(axis=1))  # a line lies on few heights
+            on = np.flatnonzero(spread.any(axis=1))  # a line covers few heights
             stress[on] += spread[on] @ table
 
     @cached_property
     def _along(self) -> FloatArray:
-        """Along the axis, of loads by height: waves where sections differ, splines where the tooth tapers."""
+        """Basis along the axis for loads by height: waves where sections differ, splines where the tooth tapers."""
         parts = [self.cosine] if len(self.body.sections) > 1 else []
         parts += [] if self.splines is None else [self.splines]
         return np.concatenate([np.zeros((*self.place.shape, 0)), *parts], axis=-1)
 
     @cached_property
     def _root_by_height(self) -> FloatArray:
-        """Stress at the root by loads of each height spread `_along` the axis: (H, ..., offset station point)."""
+        """Stress at the root by loads of each height in the basis `_along`: (H, ..., offset station point)."""
         _, harmonics, heights, width = self.stress.shape
         parts = []
         if len(self.body.sections) > 1:
-            # half of the stress that waves cause at the stations in their own sections
+            # half of the stress by waves with the sections at the stations
             own = np.tensordot(_section_weights(self.body.faces, self.body.stations), self.stress, 1)
             table = 0.5 * self._waves_at_root[:, :, None, None] * own
             table = table.reshape(ROOT_STATIONS, harmonics, heights, 3, width // 3)
@@ -378,36 +378,37 @@ class OfModulus:
 
     Attributes
     ----------
-    like : BodyOnLines
+    reference : BodyOnLines
+        The other body.
     youngs_modulus : float [MPa]
     """
 
-    like: BodyOnLines
+    reference: BodyOnLines
     youngs_modulus: float
 
     @property
     def body(self) -> ToothBody:
         """The body; its sections are those of the other one."""
-        return replace(self.like.body, youngs_modulus=self.youngs_modulus)
+        return replace(self.reference.body, youngs_modulus=self.youngs_modulus)
 
     @property
     def depth(self) -> FloatArray:
         """As in `CompliantBody`: (roll, face) array [mm]."""
-        return self.like.depth
+        return self.reference.depth
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
     ) -> None:
         """As in `CompliantBody`."""
         part, change = np.zeros_like(matrix), np.zeros_like(slope)
-        self.like.add_compliance(rolls, faces, pairs, part, change)
-        softer = self.like.body.youngs_modulus / self.youngs_modulus
-        matrix += softer * part
-        slope += softer * change
+        self.reference.add_compliance(rolls, faces, pairs, part, change)
+        ratio = self.reference.body.youngs_modulus / self.youngs_modulus
+        matrix += ratio * part
+        slope += ratio * change
 
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
-        """As in `CompliantBody`: that of the other body, whatever the modulus."""
-        return self.like.root_stress(force, per_cycle, moved)
+        """As in `CompliantBody`: that of the other body, independent of the modulus."""
+        return self.reference.root_stress(force, per_cycle, moved)
 
 
 def line_compliance(
@@ -431,9 +432,9 @@ def line_compliance(
 
 @dataclass(frozen=True, eq=False)
 class ElasticTeeth:
-    """Compliant bodies on the contact lines of a pair, and the compliance between points that was asked for.
+    """Compliant bodies on the contact lines of a pair, with a cache of the compliance between points.
 
-    It depends on geometry and material alone, so that runs under other loads have it, too.
+    It depends on geometry and material alone, so that runs under other loads share it.
 
     Attributes
     ----------

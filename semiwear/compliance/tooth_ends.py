@@ -1,16 +1,16 @@
 """Free ends of a tooth: correction of its prism.
 
 The cosines of a prism mirror it at its ends: no shear stress there, but no displacement along the tooth either. A
-free end has no normal stress instead; a load some 20 mm from it then stresses the root by a few per cent more, and
-the root itself loses a quarter of its stress within a millimetre. And an inclined tooth ends in planes across the
-axis, its prism in planes across itself: where the loaded flank reaches farther than the other, the corner is acute
-and yields half as much again; at the other end the tooth backs it up.
+free end has no normal stress instead; a load some 20 mm from it then causes a few per cent more root stress, and
+the root stress at the end itself falls by a quarter within a millimetre. An inclined tooth ends in planes normal to
+the axis, its prism in planes normal to the tooth: where the loaded flank reaches farther than the other, the corner
+is acute and deflects half as much again; at the obtuse corner the tooth is supported.
 
 A stretch of one tooth with the ground around it is computed in three dimensions (`tooth_stretch`), with its own
-ends and with mirrored square ones; the difference corrects the prism. Its section is coarse, which lowers every
-stress of the fillet alike, by a tenth: the difference is taken relative to the stress far from any end and put on the
-prism's, which is converged. What square ends add to the deflection is that of bending: how they change the dents of
-loads is told by `free_edges`.
+ends and with mirrored square ones; the difference corrects the prism. Its section is coarse, which lowers all
+stresses of the fillet by a tenth: the difference is taken relative to the stress far from any end and applied to the
+prism's, which is converged. Square ends add only bending deflection here: their effect on the local deflection under
+loads is in `free_edges`.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ _GROUND = 0.67  # depth of the ground below the root, as a share of the tooth's 
 
 @dataclass(frozen=True)
 class EndEffect:
-    """Deflection and stress that free ends add on the loaded tooth, by loads normal to the flank.
+    """Additional deflection and stress of the loaded tooth due to free ends, by loads normal to the flank.
 
-    Loads and deflections are spread along the axis as P polynomials, see `along_width`, at each of H load heights.
+    Loads and deflections are expanded along the axis in P polynomials, see `along_width`, at each of H load heights.
 
     Attributes
     ----------
     deflection : (P H, P H) array [mm/N]
-        Of the flank without the dents of loads; symmetric.
+        Of the flank without the local deflection under loads; symmetric.
     stress : (P, F, P H) array [MPa/N]
         Tangential stress of the fillet on the loaded side.
     fillet_share : (F,) array
-        Where, as a share of the fillet's length from the end of the flank.
+        Points of the fillet as fractions of its length from the end of the flank.
     """
 
     deflection: FloatArray
@@ -78,11 +78,11 @@ def end_effect(
     width : float [mm]
         Between the ends, along the axis.
     slant : float [rad]
-        Helix angle, positive when the tooth goes with z towards where the load pushes it.
+        Helix angle, positive when the tooth runs with z in the direction of the load.
     youngs_modulus : float [MPa]
     poissons_ratio : float
     name : str
-        What error messages call the section.
+        Name of the section in error messages.
     """
     stretch = Stretch.of(
         _on_shallow_ground(section),
@@ -96,7 +96,7 @@ def end_effect(
     free = square if slant == 0.0 else stretch.influence(cos(slant), sin(slant))
     share = fillet_shares(stretch.mesh)
     fine, coarse = _peaks(_steady(prism), prism.fillet_share), _peaks(mirrored.stress[0, :, :HEIGHTS], share)
-    # a load may stress a fillet beside it so little that neither has a peak to go by
+    # a load beside the fillet may cause no peak of stress in either
     finer = np.where((fine > 0.0) & (coarse > 0.0), fine / np.where(coarse > 0.0, coarse, 1.0), 1.0)
     return EndEffect(
         deflection=free.deflection - square.deflection + square.bending - mirrored.bending,
@@ -120,7 +120,7 @@ def _peaks(stress: FloatArray, share: FloatArray) -> FloatArray:
 
 
 def _on_shallow_ground(section: ToothSection) -> ToothSection:
-    """The section held not far below its root, or where it is held if that is nearer."""
+    """The section held at a small depth below its root, or at its own held face if that is nearer."""
     rim, root = section.rim, section.fillet[-1]
     if isinstance(rim, RingRim):
         low = float(np.hypot(*root))
@@ -130,7 +130,7 @@ def _on_shallow_ground(section: ToothSection) -> ToothSection:
 
 
 def depth_of_ground(section: ToothSection) -> float:
-    """How far below the root the ground of the stretch is held [mm], if the wheel is not held before."""
+    """Depth below the root at which the ground of the stretch is held [mm], unless the wheel is held above it."""
     tip, root = section.flank[0], section.fillet[-1]
     if isinstance(section.rim, RingRim):
         return _GROUND * float(np.hypot(*tip) - np.hypot(*root))

@@ -1,6 +1,6 @@
 """One tooth between its end faces in three dimensions, on the ground around its foot.
 
-In the coordinates of the section (x, y) and z along the axis, where an inclined tooth goes on along s,
+In the coordinates of the section (x, y) and z along the axis, for an inclined tooth along s,
 
     d/dx -> d/dx + sin(beta) d/dz,    d/ds -> cos(beta) d/dz
 
@@ -9,12 +9,12 @@ B0 q + B1 dq/dz
 
     K = K00 (x) 1 + K01 (x) D + K01' (x) D' + K11 (x) D'D        D: derivative in terms of the polynomials.
 
-Displacements w along the tooth are told in sums of polynomials that vanish at both ends, all but two, so that ends
-may be held in that direction as the cosines of a prism hold them.
+Displacements w along the tooth are expanded in sums of polynomials of which all but two vanish at both ends, so that
+ends can be held in that direction as in the cosines of a prism.
 
-The ground is held below, and below the middle of the neighbouring teeth, which themselves are left out: what is
-farther off changes root stress by 1 %. A tooth is its own image under half a turn about its centre line, oblique ends
-included; fields that are even in that and odd ones are solved apart, each on the loaded half.
+The ground is held below, and below the middle of the neighbouring teeth, which themselves are left out: the region
+beyond changes root stress by 1 %. A tooth is symmetric under half a turn about its centre line, oblique ends
+included; even and odd fields are solved separately, each on the loaded half.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _FILLET, _ACROSS, _BELOW = 2, 2, 2  # elements along the fillet, across half the
 
 
 def _axial_basis() -> FloatArray:
-    """Sums of polynomials, one a column, that vanish at both ends; all but the first two."""
+    """Sums of polynomials, one per column; all but the first two vanish at both ends."""
     at_end = along_width(np.array([0.5]), ORDERS)[0]
     basis = np.eye(ORDERS)
     for order in range(2, ORDERS):
@@ -57,16 +57,16 @@ _AXIAL = _axial_basis()
 
 
 class StretchInfluence(NamedTuple):
-    """Influence of loads normal to the flank; loads and deflections are spread as P polynomials, see `along_width`.
+    """Influence of loads normal to the flank; loads and deflections are expanded in P polynomials, see `along_width`.
 
     Attributes
     ----------
     deflection : (P H, P H) array [mm/N]
         Of the flank along its normal; symmetric.
     bending : (P H, P H) array [mm/N]
-        Of both flanks in the mean, by loads shared by both: without the dents of the loads. For square ends.
+        Mean of both flanks, by loads shared by both: without local deflection under the loads. For square ends.
     stress : (P, F, P H) array [MPa/N]
-        Tangential stress of the fillet on the loaded side, at two Gauss points an element.
+        Tangential stress of the fillet on the loaded side, at two Gauss points per element.
     """
 
     deflection: FloatArray
@@ -76,7 +76,7 @@ class StretchInfluence(NamedTuple):
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of tooth with free ends on ground that is held.
+    """A stretch of tooth with free ends on held ground.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Stretch:
         youngs_modulus : float [MPa]
         poissons_ratio : float
         name : str
-            What error messages call the section.
+            Name of the section in error messages.
         """
         whole = section_mesh(
             section,
@@ -121,16 +121,16 @@ class Stretch:
         return cls(_loaded_half(whole, section), width, youngs_modulus, poissons_ratio)
 
     def influence(self, along: float, lean: float, *, mirrored: bool = False) -> StretchInfluence:
-        """Influence of loads on the flank, where d/ds = along d/dz and d/dx takes in lean d/dz.
+        """Influence of loads on the flank, where d/ds = along d/dz and d/dx includes lean d/dz.
 
         Parameters
         ----------
         along, lean : float
-            Cosine and sine of the helix angle; the sine is positive where the tooth goes with z towards where the
-            load pushes it, and 0 makes the ends square.
+            Cosine and sine of the helix angle; the sine is positive where the tooth runs with z in the direction of
+            the load, and 0 makes the ends square.
         mirrored : bool
-            Whether the tooth goes on beyond its ends as its mirror image, instead of being free there. Only square
-            ends can.
+            Whether the tooth continues beyond its ends as its mirror image, instead of being free there. Only for
+            square ends.
         """
         integrals = section_integrals(self.mesh, self.youngs_modulus, self.poissons_ratio, along, lean)
         k00, k01, k11 = (k.tocsr() * (self.width / along) for k in integrals)
@@ -139,7 +139,7 @@ class Stretch:
         load = self._on_flank()
         moved, deflection = np.zeros_like(load), np.zeros((load.shape[1],) * 2)
         bending = np.zeros_like(deflection)
-        # after half a turn the other flank is this one: z is turned, and so is what bends the tooth
+        # half a turn exchanges the flanks: z changes sign, and so does the bending load
         turned = np.repeat((-1.0) ** np.arange(ORDERS), HEIGHTS)
         for sign, free in self._fields(square=lean == 0.0, mirrored=mirrored):
             chosen = [np.flatnonzero(free[own]) for own in levels]
@@ -157,22 +157,22 @@ class Stretch:
         return StretchInfluence(0.5 * (deflection + deflection.T), 0.5 * (bending + bending.T), stress)
 
     def _on_flank(self) -> FloatArray:
-        """Unit loads on the flank, spread as polynomials, at heights: (unknowns, P H) array."""
+        """Unit loads on the flank, expanded in polynomials, at heights: (unknowns, P H) array."""
         mesh = self.mesh
         rows = np.zeros((len(mesh.nodes), 3, HEIGHTS))
         rows[mesh.flank, :2, np.arange(HEIGHTS)] = mesh.flank_normal
         return np.asarray(np.einsum("nch,pq->ncpqh", rows, np.eye(ORDERS)).reshape(rows.shape[0] * 3 * ORDERS, -1))
 
     def _fields(self, *, square: bool, mirrored: bool) -> Iterator[tuple[float, BoolArray]]:
-        """Fields that loads of the same symmetry cause: the sign that half a turn gives them, and their unknowns."""
+        """Fields of each symmetry: their sign under half a turn, and their unknowns."""
         even = np.arange(ORDERS) % 2 == 0
         for sign, turned in ((1.0, even), (-1.0, ~even)):
             free = np.ones((len(self.mesh.nodes), 3, ORDERS), dtype=bool)
             if mirrored:
                 free[:, 2, :2] = False
-            # half a turn about y takes u, w and z to their opposites: they go together on the centre line
+            # half a turn about y reverses u, w and z: on the centre line u and w have the parity of z, v the opposite
             free[self.mesh.centre_line] &= np.stack([~turned, turned, ~turned])
-            # square ends are each other's image as well: u and v are even in z where w is odd
+            # square ends are also symmetric to each other: u and v are even in z where w is odd
             for alike in (even, ~even) if square else (np.ones_like(even),):
                 opposite = ~alike if square else alike
                 yield sign, (free & np.stack([alike, alike, opposite])).reshape(-1)
@@ -189,7 +189,7 @@ class Stretch:
 
 
 def _loaded_half(whole: SectionMesh, section: ToothSection) -> SectionMesh:
-    """The half with the loaded flank, and the near half of its neighbour's ground, held in that tooth's middle."""
+    """Half with the loaded flank, and the adjacent half of its neighbour's ground, held in that tooth's middle."""
     count, half = len(whole.nodes), len(whole.elements) // 2
     ground = half + (HEIGHTS - 1 + _FILLET // 2) * _ACROSS  # behind the elements of the other half's tooth
     frame = frame_of(section)
@@ -218,7 +218,7 @@ def _loaded_half(whole: SectionMesh, section: ToothSection) -> SectionMesh:
 
 
 def _levels(mesh: SectionMesh) -> Iterator[IntArray]:
-    """Unknowns of the free nodes, level by level from the tip on: a level is joined to the next alone."""
+    """Unknowns of the free nodes, level by level from the tip on: a level is coupled only to the next."""
     left = np.ones(len(mesh.nodes), dtype=bool)
     left[mesh.held] = False
     level = mesh.centre_line[:1]
@@ -233,12 +233,12 @@ def _levels(mesh: SectionMesh) -> Iterator[IntArray]:
 def _joined(
     k00: csr_matrix, k01: csr_matrix, k11: csr_matrix, slope: FloatArray, levels: list[IntArray]
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Stiffness of every level, and between it and the next: all unknowns, of which a field takes some.
+    """Stiffness of every level, and between it and the next: all unknowns, of which a field uses some.
 
     From integrals over the section and the derivative D (P, P) [1/mm].
     """
     basis = np.hstack([np.eye(ORDERS), _AXIAL])
-    along = np.array([0, 0, 1])  # which half of it u, v and w take
+    along = np.array([0, 0, 1])  # half of the basis for u, v and w
     terms = []
     for k, product in ((k00, np.eye(ORDERS)), (k01, slope), (k01.T.tocsr(), slope.T), (k11, slope.T @ slope)):
         parts = (basis.T @ product @ basis).reshape(2, ORDERS, 2, ORDERS)

@@ -1,6 +1,6 @@
-"""Vectors of numbers in compiled kernels: `load` and `store` them, add and multiply them like one.
+"""Vectors of numbers in compiled kernels: `load` and `store` them, add and multiply them like single numbers.
 
-The compiler does not find this by itself where an array is read and written in many places at a time, since it
+The compiler does not vectorise loops that read and write an array at many positions at a time, since it
 cannot exclude that these overlap.
 """
 
@@ -62,7 +62,7 @@ def _pointer(
 
 @intrinsic
 def _lanes_of(typing: CompilerPart, array: CompilerPart) -> CompilerPart:
-    """Numbers that `load` takes in the precision of an array; a constant of the compiled code."""
+    """Count of numbers that `load` reads in the precision of an array; a constant of the compiled code."""
     count = _Lanes(array.dtype).count
 
     def generate(context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart) -> CompilerPart:
@@ -86,7 +86,7 @@ def _load(typing: CompilerPart, source: CompilerPart, index: CompilerPart, like:
 
 @intrinsic
 def _store(typing: CompilerPart, target: CompilerPart, index: CompilerPart, value: CompilerPart) -> CompilerPart:
-    """Put numbers into a flat contiguous array from an index on, in the array's precision."""
+    """Write numbers into a flat contiguous array from an index on, in the array's precision."""
 
     def generate(context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart) -> CompilerPart:
         converted = _convert(builder, args[2], value.dtype, target.dtype, value.count)
@@ -103,7 +103,7 @@ store: CompilerPart = _store
 
 
 def _define(operation: Callable[..., CompilerPart], instruction: str) -> None:
-    """Lanes with lanes, or with one number for all."""
+    """Define an operation between vectors, and between a vector and a number."""
 
     @infer_global(operation)
     class _Template(AbstractTemplate):
@@ -147,7 +147,7 @@ def _probe(one, other):  # type: ignore[no-untyped-def]
 
 
 def work() -> bool:
-    """Whether vectors compute what numbers do; whatever numba raises where they do not even compile."""
+    """Whether vectors give the same results as numbers; raises the error of numba if they do not compile."""
     one, other = np.arange(64.0), np.zeros(64, np.float32)
     count = BYTES // 8
     expected = 2.0 * one[:count] + one[count : 2 * count] ** 2
