@@ -1,4 +1,4 @@
-"""What a report is made of: a result with its pictures, and the sections of the page."""
+"""Data of a report, a result with its pictures, and the sections of its page."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def life_numbers(tree: xr.DataTree) -> list[Number]:
         )
     body, deeper = life_bodies(tree)
     if deeper:
-        meaning += f"; the {deeper} wears deeper, but the limit is not for it"
+        meaning += f"; the {deeper} wears deeper, but no limit is set for it"
     return [(f"Life until {life['depth_limit']:g} µm of wear{body and f', {body}'}", meshes, meaning)]
 
 
