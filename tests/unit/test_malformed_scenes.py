@@ -160,7 +160,7 @@ MALFORMED = {
     "nothing": (only(""), "gear_pair.type", '"face_gear"', "give the kind first"),
     "no torque": (without("pinion_torque_Nm"), "operation.pinion_torque_Nm", "N m", "needed by [operation]: add it"),
     "no coefficient": (without("coefficient_mm2_per_N"), "wear.coefficient_mm2_per_N", "mm2/N", "needed by [wear]"),
-    "no end": (without("control_depths_um"), "wear.until", "one of meshes, hours and control_depths_um", "add the end"),
+    "no end": (without("control_depths_um"), "wear.until", "one of meshes, hours and control_depths_um", "add the"),
     "two ends": (put("[wear.until]", "[wear.until]\nmeshes = 1e9"), "wear.until", "exactly one of", "remove one"),
     "no control point": (
         without(r"wear.control_point", "numerics"),
