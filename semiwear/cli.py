@@ -335,7 +335,7 @@ def _scene(options: argparse.Namespace) -> sw.Scene:
     changes = options.changes
     fidelity = getattr(options, "fidelity", None)
     if fidelity is not None and changes.setdefault("numerics.fidelity", fidelity) != fidelity:
-        allowed = f"what --set numerics.fidelity={changes['numerics.fidelity']} says, or only one of the two"
+        allowed = f"the value of --set numerics.fidelity={changes['numerics.fidelity']}, or only one of the two"
         raise SceneError.of("--fidelity", fidelity, allowed, "leave one of them out")
     if not changes:
         return sw.load_scene(options.scene)

@@ -66,7 +66,7 @@ def _entry(note: FieldNote, kind: str, example: Table) -> Iterator[str]:
     name = note.key.rpartition(".")[2]
     unit = "" if note.unit == "1" else f" · {note.unit}"
     yield f"`{name}`{unit} · {_default(note, kind, example)}"
-    yield f": {note.what} Allowed: {note.allowed}."
+    yield f": {note.meaning} Allowed: {note.allowed}."
     yield ""
 
 
@@ -74,7 +74,7 @@ def _default(note: FieldNote, kind: str, example: Table) -> str:
     if not note.derived:
         if note.default is MISSING:
             return "**required**"
-        return "may be left out" if note.default is None else f"default `{note.default_told}`"
+        return "may be left out" if note.default is None else f"default `{note.default_text}`"
     derived = SCHEMAS[kind].derived[note.key.rpartition(".")[2]]
     told = "follows from " + ", ".join(f"`{need}`" for need in derived.needs)
     pair: Mapping[str, Value] = example.get("gear_pair", {})

@@ -1,6 +1,6 @@
-"""Scenes: what is to be simulated, as frozen dataclasses that read and write TOML.
+"""Scenes: all inputs of a simulation, as frozen dataclasses that are read from and written to TOML.
 
-A problem in a scene is never raised alone: `SceneError.problems` lists all of them.
+All problems of a scene are reported together in `SceneError.problems`.
 """
 
 from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair

@@ -1,4 +1,4 @@
-"""How rules over several fields are registered and applied."""
+"""Registration and application of rules over several fields."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from semiwear.untyped import Value
 
 CrossRule = Callable[..., Iterator[Problem]]
 RuleBook = list[tuple[tuple[str, ...], CrossRule]]
-"""The dotted keys that a rule takes, in order, and the rule."""
+"""Rules, each with the dotted keys of the fields that are its arguments, in order."""
 
 
 def across(book: RuleBook, table: str, *names: str) -> Callable[[CrossRule], CrossRule]:
-    """Register a rule; the fields are passed to it in this order (dotted names stand by themselves)."""
+    """Decorator that registers a rule; it gets the fields in this order. Dotted names are complete keys."""
     needs = tuple(name if "." in name or not table else f"{table}.{name}" for name in names)
 
     def register(rule: CrossRule) -> CrossRule:
@@ -29,22 +29,22 @@ def find_conflicts(values: Mapping[str, Value], rules: Sequence[tuple[tuple[str,
     Parameters
     ----------
     values : mapping
-        Dotted key to value, defaults included; fields that are missing or out of their own range left out.
+        Dotted key to value, defaults included, without fields that are missing or out of range.
     rules : sequence
         Rules in the order in which they are applied.
 
     Returns
     -------
     list of Problem
-        The conflicts. A field found wrong is not believed by later rules, which spares follow-on problems.
+        The conflicts. Later rules are not applied to a field found wrong, which avoids follow-on problems.
     """
-    believed = dict(values)
+    valid = dict(values)
     problems: list[Problem] = []
     for needs, rule in rules:
-        if not all(key in believed for key in needs):
+        if not all(key in valid for key in needs):
             continue
-        found = list(rule(*(believed[key] for key in needs)))
+        found = list(rule(*(valid[key] for key in needs)))
         problems += found
         for problem in found:
-            believed.pop(problem.field, None)
+            valid.pop(problem.field, None)
     return problems

@@ -1,4 +1,4 @@
-"""Problems of a nested mapping as a scene: every one at once."""
+"""All problems of a nested mapping that is to become a scene."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from semiwear.untyped import Table, Value
 
 
 def examined(data: Mapping[str, Value], known: Sequence[Problem]) -> tuple[Reading, list[Problem]]:
-    """Fields of nested mappings laid out like a scene file, and what is wrong with them, besides what is known."""
+    """Fields of nested mappings with the layout of a scene file, and their problems, added to the known ones."""
     data = with_named_data(data)
     schema, *others = schemas_of_data(data)
     reading = read_fields(data, schema, kind_is_known=not others)
-    # a rule over fields that this kind of gear pair does not have is never applied
+    # rules over fields that this kind of gear pair does not have are skipped
     rules = [
         *CROSS_RULES,
         *CYLINDRICAL_CROSS_RULES,
@@ -36,25 +36,25 @@ def examined(data: Mapping[str, Value], known: Sequence[Problem]) -> tuple[Readi
 
 
 def with_origin(problems: Sequence[Problem], reading: Reading) -> list[Problem]:
-    """The problems, those of defaults marked."""
+    """The problems, with those of default values marked."""
     rules = reading.schema.rules
     return [replace(p, default=p.field in rules and not reading.has(p.field)) for p in problems]
 
 
 def _with_defaults(reading: Reading, schema: Schema) -> Table:
-    """Every value that is known: given, default or derived; None for the control point when there is none."""
+    """All known values, given, default or derived; None for the fields of an absent control point."""
     values = reading.given | {key: default for key, default in schema.defaults.items() if reading.lacks(key)}
     for name, derived in schema.derived.items():
         key, needs = f"gear_pair.{name}", [f"gear_pair.{need}" for need in derived.needs]
         if reading.lacks(key) and all(need in values for need in needs):
             try:
                 values[key] = derived.formula(*(values[need] for need in needs))
-            except (ArithmeticError, ValueError):  # of numbers that no tooth has
+            except (ArithmeticError, ValueError):  # for impossible teeth
                 fix = f"its default cannot be computed from {', '.join(derived.needs)}: correct these, or give it"
                 reading.refused.add(key)
                 reading.problems.append(Problem(key, None, schema.rules[key].allowed, fix))
     if reading.lacks("wear.worn_bodies"):
-        # where no coefficient is known, that is the problem
+        # without a known coefficient, the missing coefficient is reported
         coefficient, mapping = values.get("wear.coefficient_mm2_per_N"), values.get("numerics.wear_mapping")
         values["wear.worn_bodies"] = default_worn_bodies(schema.pair.both_wear, coefficient, mapping)
     if reading.lacks("wear.control_point"):
@@ -63,13 +63,13 @@ def _with_defaults(reading: Reading, schema: Schema) -> Table:
 
 
 def further_problems(check: Callable[[], Sequence[Problem]], found: Sequence[Problem]) -> list[Problem]:
-    """Problems that the caller's checker adds; a field already reported is not reported twice."""
+    """Further problems found by the caller's check, without fields that are reported already."""
     try:
         further = list(check())
     except SceneError as error:
         further = list(error.problems)
     except Exception:
-        # A scene already found wrong may be beyond what the checker can compute; a sound one may not.
+        # The check may be unable to compute a scene that is known to be wrong, but not a valid one.
         if not found:
             raise
         further = []

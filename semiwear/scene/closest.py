@@ -1,4 +1,4 @@
-"""Which word was meant: close matches for misspelled names."""
+"""Close matches for misspelled names."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from collections.abc import Iterable
 from difflib import SequenceMatcher
 
 _CLOSE_ENOUGH = 0.6
-# A name whose every word stands in the option, such as torque in pinion_torque_Nm, means it, however short it is.
+# Closeness of a name whose words all occur in the option, such as torque in pinion_torque_Nm.
 _WORDS_WITHIN = 0.9
 _UNITS = frozenset("mm um m N Nm kNm MPa GPa Pa deg rad mrad arcsec rpm C HV kN per".casefold().split())
-# Longer words are no misspellings, and comparing them would take quadratic time.
+# Longer words are not misspellings, and comparing them would take quadratic time.
 _LONGEST_WORD = 80
 
 
 def closeness(word: str, option: str) -> float:
-    """Likeness of two names, 0 to 1, whatever their case; 0 when too unlike to suggest one for the other."""
+    """Similarity of two names, 0 to 1, ignoring case; 0 if too small to suggest one for the other."""
     if len(word) > _LONGEST_WORD:
         return 0.0
     ratio = SequenceMatcher(None, word.casefold(), option.casefold(), autojunk=False).ratio()
@@ -25,11 +25,11 @@ def closeness(word: str, option: str) -> float:
 
 
 def _words(name: str) -> frozenset[str]:
-    """The words of a name in snake case, without its unit."""
+    """Words of a name in snake case, without its unit."""
     return frozenset(name.casefold().split("_")) - _UNITS - {""}
 
 
 def closest(word: str, options: Iterable[str]) -> str | None:
-    """The option most like the word, or None when there is none like it."""
+    """The option closest to the word, or None if none is close."""
     best = max(options, key=lambda option: closeness(word, option), default=None)
     return best if best is not None and closeness(word, best) > 0.0 else None

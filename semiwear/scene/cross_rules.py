@@ -1,4 +1,4 @@
-"""Rules that several fields must meet together, without tooth geometry: each names the fields it looks at."""
+"""Rules over several fields that need no tooth geometry; each names its fields."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _shaper_exceeds_pinion(pinion_teeth: int, shaper_teeth: int) -> Iterator[Pro
             "gear_pair.shaper_teeth",
             shaper_teeth,
             f"more than pinion_teeth ({pinion_teeth})",
-            "the contact is localised, and bears mounting errors, only if the shaper has a few teeth more "
+            "the contact is localised, and tolerates mounting errors, only if the shaper has a few teeth more "
             f"than the pinion, usually 1 to 3: give {pinion_teeth + 1} to {pinion_teeth + 3}",
         )
 
@@ -68,7 +68,7 @@ def _pitch_point_lies_in_the_face(module: float, gear_teeth: int, inner: float, 
     else:
         scaled = False
         fix = f"{pitch} (module times gear_teeth / 2): correct the radii, the module or the teeth"
-    # Radii that were scaled alike both need the correction, although only one is on the wrong side.
+    # Both radii need the correction if both were scaled, although only one is on the wrong side.
     if scaled or inner >= pitch_radius:
         allowed = f"below the pitch radius ({mm(pitch_radius)} mm)"
         yield Problem("gear_pair.gear_inner_radius_mm", inner, allowed, fix)
@@ -156,11 +156,11 @@ def _gear_end_edges_fit(inner: float, outer: float, radius: float) -> Iterator[P
     yield from _edge_fits("gear_end_edge_radius_mm", radius, (outer - inner) / 2, "half the face width")
 
 
-def _edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
-    """The problem of an edge radius that leaves no flank."""
+def _edge_fits(name: str, radius: float, limit: float, limit_name: str) -> Iterator[Problem]:
+    """Problem of an edge radius that leaves no flank."""
     if radius >= limit:
         fix = "an edge radius is small, usually 0.2 mm at a module of 5"
-        yield Problem(f"gear_pair.{name}", radius, f"less than {what} ({mm(limit)} mm)", fix)
+        yield Problem(f"gear_pair.{name}", radius, f"less than {limit_name} ({mm(limit)} mm)", fix)
 
 
 @_across("wear.until", "meshes", "hours", "control_depths_um")
@@ -171,7 +171,7 @@ def _one_end_of_the_run(
     ends = {"meshes": meshes, "hours": hours, "control_depths_um": None if depths is None else list(depths)}
     given = {name: end for name, end in ends.items() if end is not None}
     if not given:
-        yield Problem("wear.until", None, allowed, "needed by [wear]: say where the run ends")
+        yield Problem("wear.until", None, allowed, "needed by [wear]: add the end of the run")
     elif len(given) > 1:
         yield Problem("wear.until", shown(given), allowed, "remove one of them")
 
@@ -184,7 +184,7 @@ def _hours_have_a_speed(hours: float | None, speed: float | None) -> Iterator[Pr
 
 
 @_across("wear", "wear.until.control_depths_um", "wear.control_point.radius_mm")
-def _control_point_is_there(depths: tuple[float, ...] | None, radius: float | None) -> Iterator[Problem]:
+def _control_point_is_given(depths: tuple[float, ...] | None, radius: float | None) -> Iterator[Problem]:
     if depths is not None and radius is None:
         allowed = "a table with radius_mm and height_mm"
         fix = "needed by [wear.until] control_depths_um: add it, or give meshes instead"

@@ -17,20 +17,20 @@ from semiwear.untyped import Value
 edge_radius = edge_radius_of(4.5)
 
 
-_NEWTON_PASSES = 30
+_NEWTON_ITERATIONS = 30
 
 
 def _digits(length: float) -> float:
-    """Free of binary noise in the last digits."""
+    """The length rounded to 12 digits, without binary noise."""
     return float(f"{length:.12g}")
 
 
 def _angle_of_involute(value: float) -> float:
-    """Angle whose involute function is `value` [rad]; nan where there is none."""
+    """Angle whose involute function is `value` [rad]; nan if there is none."""
     if not value >= 0.0:
         return nan
     angle = min((3.0 * value) ** (1.0 / 3.0), 1.4)
-    for _ in range(_NEWTON_PASSES):
+    for _ in range(_NEWTON_ITERATIONS):
         slope = tan(angle) ** 2
         if slope == 0.0:
             break
@@ -46,7 +46,7 @@ def _transverse(pressure_angle_deg: float, helix_angle_deg: float) -> float:
 def zero_backlash_distance(
     module: float, alpha_deg: float, beta_deg: float, z1: int, z2: int, x1: float, x2: float
 ) -> float:
-    """Centre distance without backlash [mm], positive (ISO 21771, 5.4); nan where there is none."""
+    """Centre distance without backlash [mm], positive (ISO 21771, 5.4); nan if there is none."""
     alpha = _transverse(alpha_deg, beta_deg)
     teeth = z1 + z2
     if teeth == 0:
@@ -56,7 +56,7 @@ def zero_backlash_distance(
 
 
 def _tip_shortening(module: float, beta_deg: float, z1: int, z2: int, x1: float, x2: float, distance: float) -> float:
-    """By how much the tips of external gears are lowered so that both keep their bottom clearance [mm]."""
+    """Tip shortening of external gears that keeps the bottom clearance of both [mm]; 0 for internal gears."""
     if z2 < 0:
         return 0.0
     return max(0.5 * module * (z1 + z2) / cos(radians(beta_deg)) + module * (x1 + x2) - distance, 0.0)
@@ -75,7 +75,7 @@ def _gear_tip(
     tip = abs(_digits(module * z2 / cos(radians(beta_deg)) + 2.0 * (module * (1.0 + x2) - shortened)))
     if z2 > 0:
         return tip
-    # the tip of an internal gear reaches deeper than a rack: it must not pass the end of the pinion's involute
+    # the tip of an internal gear reaches deeper than a rack, but not beyond the end of the pinion's involute
     alpha, per_tooth = _transverse(alpha_deg, beta_deg), 0.5 * module / cos(radians(beta_deg))
     base_1, base_2 = per_tooth * z1 * cos(alpha), -per_tooth * z2 * cos(alpha)
     cosine = (base_2 - base_1) / distance
@@ -84,14 +84,14 @@ def _gear_tip(
     depth = rack_addendum - x1 * module - rack_tip_radius * (1.0 - sin(radians(alpha_deg)))
     form = max(base_1 * tan(alpha) - depth / sin(alpha), 0.0)
     along = form + (base_2 - base_1) * tan(acos(cosine))
-    # to a ten-thousandth of a module, outwards
+    # rounded outwards to a ten-thousandth of a module
     return max(tip, _digits(1e-4 * module * ceil(2e4 * hypot(base_2, along) / module)))
 
 
 def _rack_tip_radius(module: float, alpha_deg: float, rack_addendum: float, z2: int = 1) -> float:
     if z2 < 0:
-        return _digits(0.3 * module)  # an arc: the tooth space of an internal gear narrows faster than a rack's
-    # 0.38 of ISO 53, profile A, where the crest is wide enough; the last digit rounded down.
+        return _digits(0.3 * module)  # less, since the tooth space of an internal gear narrows faster than a rack's
+    # 0.38 modules as in ISO 53, profile A, if the crest is wide enough; the last digit rounded down
     full = full_round_radius(module, alpha_deg, rack_addendum)
     return _digits(min(0.38 * module, max(0.999 * full, 0.0)))
 
@@ -133,13 +133,13 @@ def _profile_shift(body: str) -> Value:
 
 
 def _dedendum(body: str) -> Value:
-    what = f"Dedendum of the {body} before profile shift; left out: 1.25 m_n."
-    return declared(positive(_LENGTH), what, derived=modules(1.25, "normal_module_mm"))
+    meaning = f"Dedendum of the {body} before profile shift; left out: 1.25 m_n."
+    return declared(positive(_LENGTH), meaning, derived=modules(1.25, "normal_module_mm"))
 
 
 def _edge_radius(body: str, border: str) -> Value:
-    what = f"Rounding between flank and {border} of the {body}; left out: 0.0444 m_n, 0.2 at a module of 4.5."
-    return declared(at_least_zero(_EDGE), what, derived=_default(edge_radius, "normal_module_mm"))
+    meaning = f"Rounding between flank and {border} of the {body}; left out: 0.0444 m_n, 0.2 at a module of 4.5."
+    return declared(at_least_zero(_EDGE), meaning, derived=_default(edge_radius, "normal_module_mm"))
 
 
 @table
@@ -199,8 +199,8 @@ class CylindricalPair:
     )
     gear_tip_diameter_mm: float = declared(
         positive(_LENGTH),
-        "Tip diameter of the gear; left out: as the pinion's, of an internal gear less what would reach the "
-        "pinion's fillet.",
+        "Tip diameter of the gear; left out: as for the pinion; of an internal gear at least so great that its tips "
+        "do not reach the pinion's fillet.",
         derived=_default(
             _gear_tip,
             "normal_module_mm",
@@ -215,14 +215,14 @@ class CylindricalPair:
     gear_rack_addendum_mm: float = _dedendum("gear")
     pinion_rack_tip_radius_mm: float = declared(
         at_least_zero(_CUTTER_TIP),
-        "Tip rounding of the pinion's tool, which leaves the fillet; left out: 0.38 m_n, or what the crest has room "
-        "for.",
+        "Tip rounding of the pinion's tool, which generates the fillet; left out: 0.38 m_n, or the full rounding of "
+        "the crest if that is less.",
         derived=_default(_rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "pinion_rack_addendum_mm"),
     )
     gear_rack_tip_radius_mm: float = declared(
         at_least_zero(_CUTTER_TIP),
-        "Tip rounding of the gear's tool; of an internal gear the radius of the fillet. Left out: 0.38 m_n, or what "
-        "the crest has room for; 0.3 m_n of an internal gear.",
+        "Tip rounding of the gear's tool; of an internal gear the radius of the fillet. Left out: 0.38 m_n, or the "
+        "full rounding of the crest if that is less; 0.3 m_n for an internal gear.",
         derived=_default(
             _rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "gear_rack_addendum_mm", "gear_teeth"
         ),
@@ -233,13 +233,13 @@ class CylindricalPair:
     gear_end_edge_radius_mm: float = _edge_radius("gear", "end faces")
     pinion_bore_radius_mm: float = declared(
         positive(_LENGTH),
-        "Radius of the pinion's bore, where it is held; left out: 0.63 reference radii.",
+        "Radius of the pinion's bore, on which it is fixed; left out: 0.63 reference radii.",
         derived=_default(_bore_radius, "normal_module_mm", "helix_angle_deg", "pinion_teeth"),
     )
     gear_rim_thickness_mm: float = declared(
         positive(_LENGTH),
-        "Material between the gear's root and where it is held, its bore, or outside an internal gear; left out: "
-        "down to 0.63 reference radii, or 2.5 m_n for an internal gear.",
+        "Rim thickness between the gear's root and its bore, on which it is fixed, or the outside of an internal "
+        "gear; left out: down to 0.63 reference radii, or 2.5 m_n for an internal gear.",
         derived=_default(
             _rim_thickness,
             "normal_module_mm",
@@ -249,7 +249,7 @@ class CylindricalPair:
             "gear_rack_addendum_mm",
         ),
     )
-    # Which fields were left to their derived default.
+    # fields that have their derived default
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
 
     def __post_init__(self) -> None:
@@ -275,7 +275,7 @@ class CylindricalPair:
         return cos(radians(self.pressure_angle_deg)) * cos(radians(self.helix_angle_deg))
 
     def mirrored(self) -> CylindricalPair:
-        """The pair in a mirror at x = 0, whose drive flank is the coast flank of this one."""
+        """The mirror image of the pair at x = 0; its drive flank is the coast flank of this pair."""
         return replace(self, hand="left" if self.hand == "right" else "right")
 
     @property
@@ -283,8 +283,8 @@ class CylindricalPair:
         """The pair in a few words."""
         teeth = "helical" if self.helix_angle_deg else "spur"
         shifts = f"profile shifts {self.pinion_profile_shift:g}, {self.gear_profile_shift:g}"
-        where = "internal " if self.internal else ""
-        return f"{where}{teeth} gears {self.pinion_teeth}/{abs(self.gear_teeth)}, {shifts}"
+        internal = "internal " if self.internal else ""
+        return f"{internal}{teeth} gears {self.pinion_teeth}/{abs(self.gear_teeth)}, {shifts}"
 
 
 @table

@@ -1,4 +1,4 @@
-"""Rules of a cylindrical gear pair across fields, without tooth geometry."""
+"""Rules over several fields of a cylindrical gear pair that need no tooth geometry."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ for _body in ("pinion", "gear"):
         module: float, alpha_deg: float, addendum: float, radius: float, gear_teeth: int, body: str = _body
     ) -> Iterator[Problem]:
         if body == "gear" and gear_teeth < 0:
-            return  # its fillet is an arc in the tooth space: a limit of its geometry
+            return  # its fillet is an arc in the tooth space, which is checked with the tooth geometry
         greatest = full_round_radius(module, alpha_deg, addendum)
         if greatest < 0.0:
             allowed = "less: the rack's flanks cross below its crest"
@@ -55,7 +55,7 @@ for _body in ("pinion", "gear"):
 
 
 @_across("wear", "wear.until.control_depths_um", "wear.control_point.face_mm")
-def _control_point_is_there(depths: tuple[float, ...] | None, face: float | None) -> Iterator[Problem]:
+def _control_point_is_given(depths: tuple[float, ...] | None, face: float | None) -> Iterator[Problem]:
     if depths is not None and face is None:
         allowed = "a table with face_mm and height_mm"
         fix = "needed by [wear.until] control_depths_um: add it, or give meshes instead"

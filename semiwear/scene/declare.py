@@ -1,6 +1,6 @@
-"""Declaration of a scene's fields, each once: type, default, allowed values, and what it is.
+"""Declaration of a scene's fields, each once: type, default, allowed values and meaning.
 
-Reading, checking and writing a scene, and the documentation of its tables, all follow from it.
+Reading, checking and writing a scene, and the documentation of its tables, are derived from it.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from semiwear.untyped import Value
 
 T = TypeVar("T")
 
-_RULE, _WHAT, _DERIVED = "rule", "what", "derived"
+_RULE, _MEANING, _DERIVED = "rule", "meaning", "derived"
 _WIDTH = 100
 
 
-def declared(rule: Rule, what: str, *, default: Value = MISSING, derived: DerivedDefault | None = None) -> Value:
+def declared(rule: Rule, meaning: str, *, default: Value = MISSING, derived: DerivedDefault | None = None) -> Value:
     """A field of a table.
 
     Parameters
     ----------
     rule : Rule
         Allowed values, and how they are read.
-    what : str
-        What the field is, in a sentence or two; of a default that is not a plain value, what it stands for.
+    meaning : str
+        Meaning of the field in a sentence or two, and of a default that is not a plain value.
     default : optional
-        Without one the field is required.
+        Without a default the field is required.
     derived : DerivedDefault, optional
-        A default that follows from other fields: None until `filled_in` replaces it.
+        Default that follows from other fields: None until `filled_in` replaces it.
     """
     if derived is not None:
         default = None
-    return field(default=default, metadata={_RULE: rule, _WHAT: what, _DERIVED: derived})
+    return field(default=default, metadata={_RULE: rule, _MEANING: meaning, _DERIVED: derived})
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(declared, field))
 def table(cls: type[T]) -> type[T]:
-    """A frozen dataclass of keyword arguments, whose docstring lists its declared fields."""
+    """Class decorator: a frozen dataclass with keyword arguments, whose docstring lists its declared fields."""
     made = dataclass(frozen=True, kw_only=True)(cls)
     made.__doc__ = f"{cleandoc(cls.__doc__ or '')}\n\nAttributes\n----------\n{_attributes(made)}"
     return made
@@ -57,8 +57,8 @@ def rules_of(owner: type, name: str) -> Mapping[str, Rule]:
 
 
 def meaning_of(owner: type, name: str) -> str:
-    """Meaning of a table's declared field, in a sentence; empty where it says nothing."""
-    return next((str(entry.metadata.get(_WHAT, "")) for entry in fields(owner) if entry.name == name), "")
+    """Meaning of a table's declared field, in a sentence; empty if there is none."""
+    return next((str(entry.metadata.get(_MEANING, "")) for entry in fields(owner) if entry.name == name), "")
 
 
 def derived_of(owner: type) -> Mapping[str, DerivedDefault]:
@@ -70,7 +70,7 @@ def derived_of(owner: type) -> Mapping[str, DerivedDefault]:
 
 
 def filled_in(table: object) -> frozenset[str]:
-    """Fill a table's fields that are None with their derived defaults; the fields' names."""
+    """Fill a table's fields that are None with their derived defaults; returns the names of these fields."""
     defaults = derived_of(type(table))
     derived = [name for name in defaults if getattr(table, name) is None]
     for name in derived:
@@ -84,11 +84,11 @@ def _attributes(owner: type[Value]) -> str:
     for entry in fields(owner):
         if _RULE not in entry.metadata:
             continue
-        said = [entry.metadata[_WHAT], f"Allowed: {entry.metadata[_RULE].allowed}."]
+        sentences = [entry.metadata[_MEANING], f"Allowed: {entry.metadata[_RULE].allowed}."]
         if entry.default is MISSING:
-            said.append("Required.")
+            sentences.append("Required.")
         elif entry.default is not None:
-            said.append(f"Default {entry.default!r}.")
+            sentences.append(f"Default {entry.default!r}.")
         lines.append(f"{entry.name} : {entry.type}")
-        lines.append(textwrap.indent(textwrap.fill(" ".join(said), _WIDTH), "    "))
+        lines.append(textwrap.indent(textwrap.fill(" ".join(sentences), _WIDTH), "    "))
     return "\n".join(lines)

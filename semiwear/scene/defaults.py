@@ -1,4 +1,4 @@
-"""Defaults that follow from other fields of a gear pair: those of the face gear, and what others share."""
+"""Defaults that follow from other fields of a gear pair: of face gears, and those common to several kinds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class DerivedDefault:
     needs : tuple of str
         Field names of the gear pair that the formula takes, in order.
     formula : callable
-        From those values to the default.
+        Function of those values that returns the default.
     """
 
     needs: tuple[str, ...]
@@ -24,7 +24,7 @@ class DerivedDefault:
 
 
 def modules(factor: float, name: str = "module_mm") -> DerivedDefault:
-    """Default proportional to the module, free of binary noise in the last digits."""
+    """Default proportional to the module, rounded to 12 digits."""
     return DerivedDefault((name,), lambda module_mm: float(f"{factor * module_mm:.12g}"))
 
 
@@ -34,11 +34,11 @@ def face_centre(inner_mm: float, outer_mm: float) -> float:
 
 
 def edge_radius_of(usual_module: float) -> Callable[[float], float]:
-    """Default radius of an edge [mm] by module: in proportion, and 0.2 mm, a deburred edge, at a usual one."""
+    """Default edge radius as a function of the module [mm]: proportional, 0.2 mm (deburred) at a usual module."""
     return lambda module_mm: float(f"{0.2 / usual_module * module_mm:.12g}")
 
 
-USUAL_MODULE = 6.35  # mm; with 25 teeth that of the pair for which defaults are round numbers
+USUAL_MODULE = 6.35  # mm; at this module and 25 teeth defaults are round numbers
 
 
 def bore_radius(module_mm: float, pinion_teeth: int) -> float:
@@ -47,34 +47,34 @@ def bore_radius(module_mm: float, pinion_teeth: int) -> float:
 
 
 def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
-    """Radius that rounds the crest of a rack fully [mm]; below 0 where its flanks cross below the crest."""
+    """Radius of the full rounding of a rack's crest [mm]; negative if its flanks cross below the crest."""
     alpha = radians(alpha_deg)
     return (0.25 * pi * module - rack_addendum * tan(alpha)) * cos(alpha) / (1.0 - sin(alpha))
 
 
-_JUST_ROUND = 0.999  # of the radius that rounds a crest fully, so that the last digit does not decide
+_ALMOST_FULL = 0.999  # of the full rounding of a crest, so that rounding errors do not matter
 
 
 def rack_tip_radius(module_mm: float, pressure_angle_deg: float, rack_addendum_mm: float) -> float:
-    """0.3 modules, or what the rack's crest has room for [mm]."""
+    """0.3 modules, or the full rounding of the rack's crest if that is less [mm]."""
     full = full_round_radius(module_mm, pressure_angle_deg, rack_addendum_mm)
-    return float(f"{min(0.3 * module_mm, max(_JUST_ROUND * full, 0.0)):.12g}")
+    return float(f"{min(0.3 * module_mm, max(_ALMOST_FULL * full, 0.0)):.12g}")
 
 
 def shaper_tip_radius(
     module_mm: float, pressure_angle_deg: float, shaper_teeth: int, shaper_addendum_mm: float
 ) -> float:
-    """0.2 modules, or what the shaper's crest has room for.
+    """0.2 modules, or the full rounding of the shaper's crest if that is less [mm].
 
-    The arc that rounds the crest fully has its centre on the middle of the tooth, at the crest radius less its own,
-    and an involute moved inwards by a distance is the same involute turned by that distance over the base radius.
+    The arc of a full rounding has its centre on the middle of the tooth at the crest radius less its own radius, and
+    an involute offset inwards by a distance is the same involute turned by that distance over the base radius.
     """
     alpha = radians(pressure_angle_deg)
     pitch = 0.5 * module_mm * shaper_teeth
     base, crest = pitch * cos(alpha), pitch + shaper_addendum_mm
     half_base_angle = pi / (2 * shaper_teeth) + tan(alpha) - alpha
     full = 0.0
-    for _ in range(60):  # each pass is nearer by the sine of the pressure angle at the crest
+    for _ in range(60):  # the error falls by the sine of the pressure angle at the crest in every iteration
         roll = sqrt(max(((crest - full) / base) ** 2 - 1.0, 0.0))
         full = min(max(base * (half_base_angle - roll + atan(roll)), 0.0), crest - base)
-    return float(f"{min(0.2 * module_mm, _JUST_ROUND * full):.12g}")
+    return float(f"{min(0.2 * module_mm, _ALMOST_FULL * full):.12g}")

@@ -11,12 +11,12 @@ from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 from semiwear.untyped import Table, Value
 
-# Setting one of these removes the others: a run has one end.
+# Setting one of these ends of a run removes the others.
 _ENDS = ("wear.until.meshes", "wear.until.hours", "wear.until.control_depths_um")
 
 
 def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
-    """Nested mappings of a scene with dotted keys set to new values, or removed by None, and unknown keys."""
+    """Nested mappings of a scene with dotted keys set to new values, or removed by None; problems of unknown keys."""
     data = to_dict(scene, without_derived=True)
     kind = changes.get("gear_pair.type")
     schema = SCHEMAS.get(kind, schema_of_scene(scene)) if isinstance(kind, str) else schema_of_scene(scene)
@@ -47,10 +47,10 @@ def _set(data: Table, key: str, value: Value) -> None:
     table = data
     for step in path:
         inner = table.get(step)
-        # To remove a field must not bring the table in which it might stand: its mere presence says something.
+        # Removing a field must not create its table, since the presence of a table has a meaning.
         if inner is None and value is None:
             return
-        # Copied, since a table may be the caller's own; anything else gives way to a table.
+        # Copied, since the table may belong to the caller; any other value is replaced by a table.
         table[step] = dict(inner) if isinstance(inner, Mapping) else {}
         table = table[step]
     if value is not None:

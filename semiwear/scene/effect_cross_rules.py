@@ -1,4 +1,4 @@
-"""Needs of effects elsewhere in a scene, and rules that several of their fields must meet together."""
+"""Fields and tables that effects need elsewhere in a scene, and rules over several of their fields."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from semiwear.untyped import Value
 EFFECT_CROSS_RULES: RuleBook = []
 _across = partial(across, EFFECT_CROSS_RULES)
 
-# Rounding of shares written with a few digits.
-_SHARES_OFF = 1e-6
+# Rounding error of the sum of shares written with a few digits.
+_SUM_TOLERANCE = 1e-6
 
 
 def find_missing_needs(reading: Reading) -> list[Problem]:
-    """Fields and tables that the effects of a scene need and the scene lacks, each once with all that need it."""
+    """Problems of missing fields and tables that effects of a scene need, each once with all effects that need it."""
     effects = deque(table for name in EFFECTS if (table := f"effects.{name}") in reading.tables)
     needed_by: dict[str, list[str]] = {}
     while effects:
@@ -33,18 +33,18 @@ def find_missing_needs(reading: Reading) -> list[Problem]:
         for need in _needs(effect, reading):
             if reading.has(need):
                 continue
-            # A missing effect has needs of its own: all that has to be added is said at once.
+            # A missing effect has needs of its own, which are reported as well.
             if need not in needed_by and need.removeprefix("effects.") in EFFECTS:
                 effects.append(need)
             needed_by.setdefault(need, []).append(f"[{effect}]")
     return [
         Problem(need, None, _allowed(need, reading.schema.rules), f"needed by {' and '.join(users)}: add it")
         for need, users in needed_by.items()
-    ] + _no_mode_to_fail(reading)
+    ] + _missing_failure_mode(reading)
 
 
-def _no_mode_to_fail(reading: Reading) -> list[Problem]:
-    """The problem of a life that is to end at a failure of which the scene rates none."""
+def _missing_failure_mode(reading: Reading) -> list[Problem]:
+    """Problem of a life that ends at the first failure in a scene that rates no failure mode."""
     key = "effects.run_life.ends_at"
     modes = [f"[effects.{name}]" for name, kind in EFFECTS.items() if issubclass(kind, RatingTable)]
     rated = any(mode.strip("[]") in reading.tables for mode in modes)
@@ -91,13 +91,13 @@ def _a_share_for_every_torque(torques: tuple[float, ...], shares: tuple[float, .
         yield Problem(key, shown(list(shares)), allowed, f"there are {len(shares)}: one share for each torque")
         return
     total = math.fsum(shares)
-    if abs(total - 1.0) > _SHARES_OFF:
+    if abs(total - 1.0) > _SUM_TOLERANCE:
         fix = f"they sum to {total:.6g}: give {shown(_normalised(shares))}"
         yield Problem(key, shown(list(shares)), "shares that sum to 1", fix)
 
 
 def _normalised(shares: tuple[float, ...]) -> list[float]:
-    """Shares with few digits that sum to 1: what rounding leaves goes to the greatest."""
+    """Shares with few digits that sum to 1; the rounding error is added to the greatest."""
     total = math.fsum(shares)
     rounded = [float(f"{share / total:.6g}") for share in shares]
     greatest = rounded.index(max(rounded))

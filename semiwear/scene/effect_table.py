@@ -1,4 +1,4 @@
-"""Base of the tables of effects: title, stage, needs, range of validity, references."""
+"""Base class of the tables of effects: title, stage, needs, range of validity, references."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from semiwear.untyped import Table, Value
 
 
 class ScreenedScene(Protocol):
-    """Part of a `Scene` that a screening looks at: its operation and its wear."""
+    """Part of a `Scene` that a screening uses: its operation and its wear."""
 
     @property
     def operation(self) -> Value:
@@ -23,22 +23,22 @@ class ScreenedScene(Protocol):
 
 
 class EffectTable:
-    """Base of the tables under ``[effects]``: an effect runs if and only if its table is there.
+    """Base class of the tables under ``[effects]``: an effect is active if and only if its table is present.
 
     Attributes
     ----------
     title : str
-        A few words for a table printed to a user.
+        A few words, for printed tables.
     acts_in : str
         The stage: ``"geometry"``, ``"meshing"``, ``"compliance"``, ``"contact"``, ``"wear"`` or ``"results"``.
     needs : tuple of str
-        Dotted keys of the fields and tables that must be there.
+        Dotted keys of the fields and tables that must be present.
     needs_if : mapping
-        From (field of this table, value) to the dotted keys that are needed only with that value.
+        From (field of this table, value) to the dotted keys needed only with that value.
     validity : str
         Range of validity in words.
     references : tuple of str
-        Author, year and what is taken from there.
+        Author, year and subject.
     """
 
     title: ClassVar[str]
@@ -50,11 +50,11 @@ class EffectTable:
 
     @classmethod
     def needed_with(cls, value_of: Callable[[str], Value]) -> tuple[str, ...]:
-        """Dotted keys that must be there with the values of its fields, which `value_of` tells by name."""
+        """Dotted keys that must be present; `value_of` returns the value of a field of the table by name."""
         further = (keys for (name, value), keys in cls.needs_if.items() if value_of(name) == value)
         return tuple(dict.fromkeys([*cls.needs, *chain.from_iterable(further)]))
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:
-        """Fields with which a screening adds this effect; empty where the plain defaults serve."""
+        """Fields with which a screening adds this effect; empty for its defaults."""
         return {}

@@ -1,4 +1,4 @@
-"""Optional physics, one table each: an effect runs if and only if its table is there, even an empty one."""
+"""Optional effects, one table each: an effect is active if and only if its table is present, even if empty."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Modifications:
 
 @dataclass(frozen=True, kw_only=True)
 class Effects:
-    """Table ``[effects]``: every effect of a scene; None stands for an effect that is absent."""
+    """Table ``[effects]``: every effect of a scene; None for an absent effect."""
 
     misalignment: Misalignment | None = None
     modification: Modifications = field(default_factory=Modifications)
@@ -85,7 +85,7 @@ class Effects:
     run_life: RunLife | None = None
 
     def get(self, name: str) -> EffectTable | None:
-        """The table of an effect named as in `EFFECTS`, or None when it is absent.
+        """Table of an effect named as in `EFFECTS`, or None if it is absent.
 
         Raises
         ------
@@ -98,7 +98,7 @@ class Effects:
         return table
 
     def present(self) -> Iterator[tuple[str, EffectTable]]:
-        """Name and table of every effect that is there, in the order of `EFFECTS`."""
+        """Name and table of every present effect, in the order of `EFFECTS`."""
         for name in EFFECTS:
             table = self.get(name)
             if table is not None:
@@ -106,9 +106,9 @@ class Effects:
 
 
 def _effects_of(container: type, prefix: str = "") -> Iterator[tuple[str, type[EffectTable]]]:
-    """Dotted names below ``[effects]`` and tables of the effects that a container has fields for."""
+    """Dotted names below ``[effects]`` and tables of the effects in a container."""
     for name, hint in get_type_hints(container).items():
-        kind = next((one for one in get_args(hint) if one is not type(None)), hint)
+        kind = next((option for option in get_args(hint) if option is not type(None)), hint)
         if issubclass(kind, EffectTable):
             yield f"{prefix}{name}", kind
         else:

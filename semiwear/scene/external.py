@@ -1,4 +1,4 @@
-"""Files that a scene reads: those that its fields name, and no other text that happens to name one."""
+"""Files that a scene reads: those named by its fields for files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def scene_files(scene: Scene) -> dict[str, str]:
 
 
 def file_digests(data: Mapping[str, Value]) -> dict[str, str]:
-    """SHA-256 of every file that nested tables of a scene name, by path; in words where there is no plain file."""
+    """SHA-256 of every file that nested tables of a scene name, by path; a message if there is no plain file."""
     return {path: _digest(Path(path)) for path in named_files(data).values()}
 
 

@@ -19,7 +19,7 @@ Vector = tuple[float, float, float]
 
 
 def _content(path: str) -> str:
-    """Digest of a plain file; empty where it cannot be read, which is a problem of another place."""
+    """Digest of a plain file; empty if it cannot be read, which is reported elsewhere."""
     try:
         return sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
     except (OSError, ValueError):
@@ -29,56 +29,55 @@ def _content(path: str) -> str:
 _EDGE = '0 for a sharp edge; "auto" is 0.044 normal modules'
 _THICKNESS = 'in the normal section, at the pitch surface; "auto" is half the pitch'
 _FILLET = 'the arc between flank and root; "auto" is 0.3 normal modules'
-_DEPTH = 'from the lower end of the flank to the root; "auto" is what the fillet takes'
+_DEPTH = 'from the lower end of the flank to the root; "auto" is the height of the fillet'
 _RIM = 'material under the root; "auto" is 2.5 normal modules'
 _TEETH = "count the teeth of the whole body; of a worm its threads"
-_POINT = "where the origin of the body's own frame lies in the fixed frame"
+_POINT = "the origin of the body's own frame, in the fixed frame"
 
 
 _NOISE = "the noise of the points: 0 for none, 0.5 to 3 for measured flanks"
 
 
-def _length(fix: str, what: str) -> Value:
-    return declared(or_auto(positive(fix), '"auto" or greater than 0 mm'), what, default="auto")
+def _length(fix: str, meaning: str) -> Value:
+    return declared(or_auto(positive(fix), '"auto" or greater than 0 mm'), meaning, default="auto")
 
 
 def _tooth_thickness(body: str) -> Value:
-    what = (
-        f"Tooth thickness of the {body} in the normal section where the flank crosses the pitch surface. Left out: "
-        "half the pitch. It and the next three describe the section of a tooth that bends, where the file of points "
-        "brings none."
+    meaning = (
+        f"Tooth thickness of the {body} in the normal section at the pitch surface. Left out: half the pitch. With "
+        "the next three fields it describes the section of the tooth for bending, if the file of points has none."
     )
-    return _length(_THICKNESS, what)
+    return _length(_THICKNESS, meaning)
 
 
 def _fillet_radius(body: str) -> Value:
-    what = f"Radius of the arc between flank and root of the {body}. Left out: 0.3 normal modules."
-    return _length(_FILLET, what)
+    meaning = f"Radius of the arc between flank and root of the {body}. Left out: 0.3 normal modules."
+    return _length(_FILLET, meaning)
 
 
 def _root_depth(body: str) -> Value:
-    return _length(_DEPTH, f"From the lower end of the {body}'s flank to its root. Left out: what the arc takes.")
+    meaning = f"Distance from the lower end of the {body}'s flank to its root. Left out: the height of the fillet."
+    return _length(_DEPTH, meaning)
 
 
 def _rim_thickness(body: str) -> Value:
-    what = f"Material between the root and where the {body} is held. Left out: 2.5 normal modules."
-    return _length(_RIM, what)
+    meaning = f"Rim thickness of the {body} below the root, down to where it is fixed. Left out: 2.5 normal modules."
+    return _length(_RIM, meaning)
 
 
 def _edge_radius(body: str, border: str) -> Value:
-    what = f"Rounding between flank and {border} of the {body}. Left out: 0.0444 normal modules, as of a cylindrical "
-    what += "pair."
-    return declared(or_auto(at_least_zero(_EDGE), '"auto", 0 mm or greater'), what, default="auto")
+    meaning = f"Rounding between flank and {border} of the {body}. Left out: 0.0444 normal modules."
+    return declared(or_auto(at_least_zero(_EDGE), '"auto", 0 mm or greater'), meaning, default="auto")
 
 
 def _axis_point(body: str) -> Value:
     rule = Rule(numbers, "three numbers of mm", lambda value: len(value) == 3, _POINT)
-    what = f"Where the origin of the {body}'s own frame lies in the fixed frame."
-    return declared(rule, what, default=(0.0, 0.0, 0.0))
+    meaning = f"Origin of the {body}'s own frame, in the fixed frame."
+    return declared(rule, meaning, default=(0.0, 0.0, 0.0))
 
 
 def _file() -> Rule:
-    fix = "name a file that export_flank or write_points made; its name ends with .nc or .csv"
+    fix = "name a file from export_flank or write_points; its name ends with .nc or .csv"
     return grid_file("a .nc or .csv file of points", fix)
 
 
@@ -94,8 +93,8 @@ class FlankPointsPair:
     The pinion drives. The points of a body are given in its own frame: its axis is z, any direction across it is x
     (the angle of the tooth about its axis is found from the contact). Rows run from root to tip, columns along the
     tooth (`semiwear.geometry.point_grid` describes the files). Axes are given in the fixed frame of
-    `semiwear.scene.Placement`, whose z axis should lie along the pinion's. Spiral bevel, hypoid, worm and any other
-    pair with a constant ratio. Two such tables are equal only if their files hold the same.
+    `semiwear.scene.Placement`, whose z axis should lie along the pinion's. For spiral bevel, hypoid, worm and any
+    other pair with a constant ratio. Two such tables are equal only if their files have the same content.
     """
 
     pitch_surfaces: ClassVar[tuple[str, str, str]] = ("pitch surface", "pitch surface", "pitch surface")
@@ -124,16 +123,16 @@ class FlankPointsPair:
     )
     pinion_rotation: str = declared(
         choice("positive", "negative"),
-        "Sense in which the pinion turns about its axis direction (positive: right-handed). It says which side of a "
-        "flank is out of the material: the pinion pushes.",
+        "Sense of rotation of the pinion about its axis direction (positive: right-handed). It decides on which side "
+        "of a flank the material is, since the pinion drives.",
     )
     gear_rotation: str = declared(
-        choice("positive", "negative"), "Sense in which the gear turns about its axis direction; the gear is pushed."
+        choice("positive", "negative"), "Sense of rotation of the gear about its axis direction; the gear is driven."
     )
     smoothing_um: float | str = declared(
         or_auto(between(number, 0.0, 100.0, _NOISE), '"auto" or 0 um to 100 um'),
-        "Root mean square by which the surface may miss the points; 0: it runs through all of them. Left out: "
-        "through all of them, unless they are noisy; then as much as their noise.",
+        "Root mean square deviation of the fitted surface from the points; 0: it interpolates them. Left out: the "
+        "noise of the points, 0 for smooth points.",
         default="auto",
     )
     pinion_tooth_thickness_mm: float | str = _tooth_thickness("pinion")
@@ -148,9 +147,9 @@ class FlankPointsPair:
     gear_tip_edge_radius_mm: float | str = _edge_radius("gear", "tip")
     pinion_end_edge_radius_mm: float | str = _edge_radius("pinion", "end faces")
     gear_end_edge_radius_mm: float | str = _edge_radius("gear", "end faces")
-    # No default follows from another field.
+    # no default follows from another field
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
-    # What the files held when the table was made: what is kept for a table must not outlive a change of its files.
+    # digests of the files when the table was made, since data cached for a table depend on them
     _contents: tuple[str, str] = field(init=False, repr=False, default=("", ""))
 
     def __post_init__(self) -> None:
@@ -160,7 +159,7 @@ class FlankPointsPair:
         object.__setattr__(self, "_contents", (_content(self.pinion_file), _content(self.gear_file)))
 
     def mirrored(self) -> FlankPointsPair:
-        """The pair in a mirror; not known, since one flank of each body is given.
+        """Always an error, since only one flank of each body is given.
 
         Raises
         ------
@@ -181,7 +180,7 @@ class FlankPointsControlPoint:
 
     face_mm: float = declared(
         any_number("the face coordinate of the gear's points"),
-        "Face coordinate of the file, or, where it gives none, the length along the tooth from its middle.",
+        "Face coordinate of the file, or, if it has none, the length along the tooth from its middle.",
     )
     height_mm: float = declared(
         any_number("above the pitch surface, negative on the dedendum"),

@@ -1,4 +1,4 @@
-"""Rules of a gear pair whose flanks are given as points, across fields."""
+"""Rules over several fields of a gear pair with flanks given as points."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _axes_differ(
     between_points = tuple(g - p for g, p in zip(gear_point, pinion_point, strict=True))
     parallel = crossed(pinion_direction, gear_direction) <= _PARALLEL * size * hypot(*gear_direction)
     if parallel and crossed(pinion_direction, between_points) <= _PARALLEL * size * max(hypot(*between_points), 1.0):
-        fix = "give where the gear's axis lies: parallel axes need a centre distance"
+        fix = "give a point on the gear's axis: parallel axes need a centre distance"
         yield Problem("gear_pair.gear_axis_point_mm", list(gear_point), "an axis of its own: both are the same", fix)
 
 

@@ -21,7 +21,7 @@ from semiwear.scene.rule import Rule, angle, at_least_zero, between, choice, pos
 from semiwear.scene.values import number, whole
 from semiwear.untyped import Value
 
-# The upper limits of whole numbers are far beyond use; they keep slips from exhausting memory.
+# Upper limits of whole numbers are far beyond use; they keep typing errors from exhausting memory.
 _TEETH = "count the teeth of the whole gear"
 _CUTTER_TIP = "leave the field out for its default, which grows with the module"
 _LENGTH = "a length, or leave the field out for its default"
@@ -30,16 +30,17 @@ _EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
 
 
 def _edge_radius(body: str, border: str) -> Value:
-    what = f"Rounding between flank and {border} of the {body}; left out: 0.0315 m, 0.2 at a module of 6.35."
-    return declared(at_least_zero(_EDGE), what, derived=DerivedDefault(("module_mm",), edge_radius_of(USUAL_MODULE)))
+    meaning = f"Rounding between flank and {border} of the {body}; left out: 0.0315 m, 0.2 at a module of 6.35."
+    derived = DerivedDefault(("module_mm",), edge_radius_of(USUAL_MODULE))
+    return declared(at_least_zero(_EDGE), meaning, derived=derived)
 
 
 @table
 class FaceGearPair:
     """Table ``[gear_pair]``: an involute spur pinion and the face gear that a shaper generates.
 
-    Fields without a default are required. A default that follows from other fields is resolved here,
-    so that a pair always holds numbers; `Scene.replace` derives it anew when those fields change.
+    Fields without a default are required. Defaults that follow from other fields are computed here, so that a pair
+    always has numbers; `Scene.replace` derives them anew when those fields change.
     """
 
     pitch_surfaces: ClassVar[tuple[str, str, str]] = ("pitch cone", "pitch cylinder", "pitch plane")
@@ -92,16 +93,16 @@ class FaceGearPair:
     )
     shaper_tip_radius_mm: float = declared(
         at_least_zero(_CUTTER_TIP),
-        "Tip rounding of the shaper, which leaves the gear's fillet; left out: 0.2 m, or what the crest has room "
-        "for.",
+        "Tip rounding of the shaper, which generates the gear's fillet; left out: 0.2 m, or the full rounding of the "
+        "crest if that is less.",
         derived=DerivedDefault(
             ("module_mm", "pressure_angle_deg", "shaper_teeth", "shaper_addendum_mm"), shaper_tip_radius
         ),
     )
     rack_tip_radius_mm: float = declared(
         at_least_zero(_CUTTER_TIP),
-        "Tip rounding of the basic rack, which leaves the pinion's fillet; left out: 0.3 m, or what the crest has "
-        "room for.",
+        "Tip rounding of the basic rack, which generates the pinion's fillet; left out: 0.3 m, or the full rounding "
+        "of the crest if that is less.",
         derived=DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), rack_tip_radius),
     )
     pinion_tip_edge_radius_mm: float = _edge_radius("pinion", "tip")
@@ -110,14 +111,14 @@ class FaceGearPair:
     gear_end_edge_radius_mm: float = _edge_radius("gear", "end faces")
     pinion_bore_radius_mm: float = declared(
         positive(_LENGTH),
-        "Radius of the pinion's bore, where it is held; left out: 0.63 pitch radii, 50 for 25 teeth at a module of "
-        "6.35.",
+        "Radius of the pinion's bore, on which it is fixed; left out: 0.63 pitch radii, 50 for 25 teeth at a module "
+        "of 6.35.",
         derived=DerivedDefault(("module_mm", "pinion_teeth"), bore_radius),
     )
     gear_rim_thickness_mm: float = declared(
         positive(_LENGTH), "Thickness of the gear under its root; left out: 2.5 m.", derived=modules(2.5)
     )
-    # Which fields were left to their derived default.
+    # fields that have their derived default
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
 
     def __post_init__(self) -> None:
@@ -144,7 +145,7 @@ class FaceGearPair:
         return cos(radians(self.pressure_angle_deg))
 
     def mirrored(self) -> FaceGearPair:
-        """The pair in a mirror at x = 0, whose drive flank is the coast flank of this one."""
+        """The mirror image of the pair at x = 0, which is the pair itself."""
         return self
 
     @property

@@ -1,6 +1,6 @@
-"""The fields of a scene for people who write one: a list, a commented scene to start from, a schema for editors.
+"""Help for writing a scene: a list of its fields, a commented scene to start from, a schema for editors.
 
-Everything follows from the declarations of the fields.
+All of it is derived from the declarations of the fields.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from semiwear.scene.units import unit_of
 from semiwear.untyped import Table, Value
 
 EXAMPLES = {"face_gear": "face_gear_25x160", "cylindrical": "spur_fzg_c"}
-"""Shipped scenes whose values a new one of the kind starts from."""
+"""Shipped scenes from which a new scene of the kind takes its values."""
 
 _WIDTH = 100
 _TYPES = {"float": "number", "int": "integer", "str": "string", "bool": "boolean", "tuple": "array"}
@@ -42,13 +42,13 @@ class FieldNote:
     kind : str
         Type, as declared.
     default : object
-        `dataclasses.MISSING` for a required field, None for one that may be left out.
+        `dataclasses.MISSING` for a required field, None for an optional one.
     derived : bool
         Whether its default follows from other fields.
-    allowed, what : str
-        In words.
+    allowed, meaning : str
+        Allowed values and meaning in words.
     choices : tuple
-        All values, where they are listed.
+        All values, if they are listed.
     """
 
     key: str
@@ -57,11 +57,11 @@ class FieldNote:
     default: object
     derived: bool
     allowed: str
-    what: str
+    meaning: str
     choices: tuple[str, ...]
 
     @property
-    def default_told(self) -> str:
+    def default_text(self) -> str:
         """Default in words."""
         if self.derived:
             return "follows"
@@ -71,7 +71,7 @@ class FieldNote:
 
 
 def _written(value: Value) -> str:
-    """A value as TOML writes it."""
+    """A value as TOML text."""
     return write_toml({"value": list(value) if isinstance(value, tuple) else value}).strip().removeprefix("value = ")
 
 
@@ -84,14 +84,14 @@ def _schema(kind: str) -> Schema:
 
 
 def field_notes(kind: str, table: str | None = None) -> list[FieldNote]:
-    """Fields that a scene of a kind may hold, in the order in which a scene is written.
+    """Fields that a scene of a kind may have, in the order in which a scene is written.
 
     Parameters
     ----------
     kind : str
         ``"face_gear"``, ``"cylindrical"`` or ``"flank_points"``.
     table : str, optional
-        Fields of this table and of those within it.
+        Only fields of this table and of those within it.
 
     Raises
     ------
@@ -103,40 +103,40 @@ def field_notes(kind: str, table: str | None = None) -> list[FieldNote]:
         names = [name for name in schema.tables if name]
         meant = closest(table, names)
         raise SceneError.of("table", table, ", ".join(names), f"did you mean {meant}?" if meant else "choose one")
-    said = {
-        f"{name}.{entry.name}" if name else entry.name: (str(entry.type), str(entry.metadata.get("what", "")))
+    declared = {
+        f"{name}.{entry.name}" if name else entry.name: (str(entry.type), str(entry.metadata.get("meaning", "")))
         for name, owner in schema.tables.items()
         for entry in fields(owner)
     }
-    found = []
+    notes = []
     for key, rule in schema.rules.items():
         if table is not None and not key.startswith(f"{table}."):
             continue
-        type_, what = said.get(key, ("str", "Kind of gear pair."))
+        type_, meaning = declared.get(key, ("str", "Kind of gear pair."))
         texts = re.findall(r'"([^"]+)"', rule.allowed)
         choices = tuple(text for text in texts if rule.apply(key, text)[1] is None) if "str" in type_ else ()
         default = schema.declared.get(key, MISSING)
-        found.append(
-            FieldNote(key, unit_of(key), type_, default, key in schema.derived_keys, rule.allowed, what, choices)
+        notes.append(
+            FieldNote(key, unit_of(key), type_, default, key in schema.derived_keys, rule.allowed, meaning, choices)
         )
-    return found
+    return notes
 
 
 def fields_text(kind: str, table: str | None = None) -> str:
-    """`field_notes` as text: a field's key, unit and default in a line, below it what it is and what is allowed."""
+    """`field_notes` as text: a line with a field's key, unit and default, below it its meaning and allowed values."""
     lines = []
     for note in field_notes(kind, table):
         unit = "" if note.unit == "1" else f" [{note.unit}]"
-        lines.append(f"{note.key}{unit}: {note.default_told}")
-        lines.append(textwrap.fill(f"{note.what} Allowed: {note.allowed}.", _WIDTH, initial_indent="    ",
+        lines.append(f"{note.key}{unit}: {note.default_text}")
+        lines.append(textwrap.fill(f"{note.meaning} Allowed: {note.allowed}.", _WIDTH, initial_indent="    ",
                                    subsequent_indent="    "))  # fmt: skip
     return "\n".join(lines)
 
 
 def new_scene(kind: str, folder: str = "") -> str:
-    """A commented scene of a kind as TOML: an example with its values, everything else to be uncommented.
+    """A commented scene of a kind as TOML: the values of an example, and all other fields commented out.
 
-    Flanks as points name two files in `folder`, which `semiwear new` writes there.
+    For flanks given as points it names two files in `folder`, which `semiwear new` writes there.
 
     Raises
     ------
@@ -149,9 +149,9 @@ def new_scene(kind: str, folder: str = "") -> str:
         notes.setdefault(note.key.rpartition(".")[0], []).append(note)
     given, filled = _example(kind, folder)
     lines = [
-        f"# A scene of kind {kind}. Units are in the names. What is commented out may be left out, and stands there",
-        "# with its default. `semiwear check FILE` tells every limit of the teeth, `semiwear geometry FILE` draws",
-        "# them, `semiwear plan FILE` says what will run, `semiwear run FILE -o worn.nc` runs it.",
+        f"# A scene of kind {kind}. Units are in the names. Fields that are commented out are optional and shown",
+        "# with their defaults. `semiwear check FILE` lists every limit of the teeth, `semiwear geometry FILE` draws",
+        "# them, `semiwear plan FILE` shows what will run, `semiwear run FILE -o worn.nc` runs it.",
     ]
     for table, own in notes.items():
         optional = table in OPTIONAL_TABLES and not any(note.key in given for note in own)
@@ -160,7 +160,7 @@ def new_scene(kind: str, folder: str = "") -> str:
             about = (schema.tables[table].__doc__ or "").partition("\n")[0].replace("``", "")
             lines += ["", *textwrap.wrap(about, _WIDTH, initial_indent="# ", subsequent_indent="# ")]
             if table.startswith("effects."):
-                lines.append("# An effect runs if its table is there: take the # off the header.")
+                lines.append("# An effect is active if its table is present: remove the # before the header.")
             lines.append(f"# {header}" if optional else header)
         for note in own:
             lines += _field_lines(note, given, filled)
@@ -170,7 +170,7 @@ def new_scene(kind: str, folder: str = "") -> str:
 def _field_lines(note: FieldNote, given: Table, filled: Table) -> Iterator[str]:
     name = note.key.rpartition(".")[2]
     yield from textwrap.wrap(
-        f"{note.what} Allowed: {note.allowed}.", _WIDTH, initial_indent="# - ", subsequent_indent="#   "
+        f"{note.meaning} Allowed: {note.allowed}.", _WIDTH, initial_indent="# - ", subsequent_indent="#   "
     )
     if note.key in given:
         yield f"{name} = {_inline(note.key, given[note.key])}"
@@ -187,7 +187,7 @@ def _inline(key: str, value: Value) -> str:
 
 
 def _example(kind: str, folder: str) -> tuple[Table, Table]:
-    """Values that an example of the kind gives, and all that it has with its defaults, by dotted key."""
+    """Values given by an example of the kind, and all its values with defaults, by dotted key."""
     name = EXAMPLES.get(kind, EXAMPLES["cylindrical"])
     text = resources.files("semiwear.scene").joinpath("scenes", f"{name}.toml").read_text(encoding="utf-8")
     given = dict(_flat(read_toml(text, name), ""))
@@ -235,7 +235,7 @@ def json_schema() -> Table:
             entry = where.setdefault(name, _property(note))
             if kind not in entry.setdefault("x-kinds", []):
                 entry["x-kinds"].append(kind)
-    for table in NAMING:  # a name may stand for a table
+    for table in NAMING:  # a name may replace the table
         material, body = table.split(".")
         root["properties"][material]["properties"][body]["type"] = ["object", "string"]
     for effect in EFFECTS:
@@ -251,13 +251,13 @@ def _property(note: FieldNote) -> Table:
     if note.key in INLINE_TABLES:
         kinds.append("object")
     unit = "" if note.unit == "1" else f" [{note.unit}]"
-    found: Table = {"description": f"{note.what}{unit} Allowed: {note.allowed}.".strip()}
+    schema: Table = {"description": f"{note.meaning}{unit} Allowed: {note.allowed}.".strip()}
     if len(kinds) == 1:
-        found["type"] = kinds[0]
+        schema["type"] = kinds[0]
     elif kinds:
-        found["type"] = kinds
+        schema["type"] = kinds
     if note.choices and kinds == ["string"]:
-        found["enum"] = list(note.choices)
+        schema["enum"] = list(note.choices)
     if note.default is not MISSING and note.default is not None and not note.derived:
-        found["default"] = list(note.default) if isinstance(note.default, tuple) else note.default
-    return found
+        schema["default"] = list(note.default) if isinstance(note.default, tuple) else note.default
+    return schema

@@ -1,4 +1,4 @@
-"""Kinds of gear pairs: the one place of a scene that lists them.
+"""Kinds of gear pairs: the only list of them for scenes.
 
 The flanks that belong to each kind are listed in `semiwear.meshing.pairs`.
 """
@@ -25,4 +25,4 @@ KINDS: Mapping[str, tuple[type[GearPair], type]] = {
     "cylindrical": (CylindricalPair, CylindricalControlPoint),
     "flank_points": (FlankPointsPair, FlankPointsControlPoint),
 }
-"""By ``gear_pair.type``, the tables ``[gear_pair]`` and ``[wear.control_point]`` that go with it."""
+"""Classes of the tables ``[gear_pair]`` and ``[wear.control_point]`` by ``gear_pair.type``."""

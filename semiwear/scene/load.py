@@ -46,7 +46,7 @@ def load_scene(name_or_path: str | os.PathLike[str], *, check: Check | None = No
     Raises
     ------
     SceneError
-        With every problem at once; also when there is no such scene, or its file cannot be read.
+        With all problems; also if there is no such scene, or its file cannot be read.
     """
     if isinstance(name_or_path, str) and name_or_path in shipped_scenes():
         content = (_SHIPPED / f"{name_or_path}{_SUFFIX}").read_bytes()
@@ -70,14 +70,14 @@ def parse_scene(text: str, *, name: str = "scene", check: Check | None = None) -
     text : str
         TOML.
     name : str
-        What to call the scene in errors.
+        Name of the scene in errors.
     check : callable, optional
         Further limits of a scene, reported together with the problems of its fields.
 
     Raises
     ------
     SceneError
-        With every problem at once, or the line where the TOML syntax is wrong.
+        With all problems, or the line where the TOML syntax is wrong.
     """
     return scene_from_dict(read_toml(text, name), name=name, check=check)
 
@@ -107,8 +107,8 @@ def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
 
 
 def _result_problem(path: Path, opened: BinaryIO) -> Problem:
-    """The problem of a netCDF file in a scene's place."""
+    """Problem of a netCDF file given instead of a scene."""
     opened.seek(max(path.stat().st_size - 2 * len(_SEAL) - 32, 0))
-    what = "this is a result of semiwear" if _SEAL in opened.read() else "this is a netCDF file"
-    fix = f"{what}: give its scene, which a result holds as the attribute scene_toml, or semiwear report {path}"
+    content = "this is a result of semiwear" if _SEAL in opened.read() else "this is a netCDF file"
+    fix = f"{content}: give its scene, which a result has as the attribute scene_toml, or semiwear report {path}"
     return Problem("scene", str(path), "the text of a scene", fix)

@@ -1,6 +1,6 @@
 """Tables of effects on geometry, meshing, compliance and load; exported by `semiwear.scene.effects`.
 
-Like all tables of a scene they check nothing themselves. Mappings that screen are functions of the scene.
+Like all tables of a scene they check nothing themselves. Tables for a screening are functions of the scene.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ _TURN = "a rotation in mrad, usually below 1; 1 degree is 17.45 mrad"
 _RELIEF = "in um, usually 5 to 100 at a module of some mm; 0 for none"
 _SIGNED = "in um, of either sign; usually below 100"
 _RELIEF_LENGTH = "a length along the profile, or leave the field out for a third of the flank"
-_SHAFT = "shafts give way in the direction of the load: 0 for rigid, 0.1 to 10 is usual"
+_SHAFT = "shafts deflect in the direction of the load: 0 for rigid, 0.1 to 10 is usual"
 
 
-def _shift(what: str) -> Value:
-    return declared(between(number, -5.0, 5.0, _SHIFT, "mm"), what, default=0.0)
+def _shift(meaning: str) -> Value:
+    return declared(between(number, -5.0, 5.0, _SHIFT, "mm"), meaning, default=0.0)
 
 
-def _turn(what: str) -> Value:
-    return declared(between(number, -50.0, 50.0, _TURN, "mrad"), what, default=0.0)
+def _turn(meaning: str) -> Value:
+    return declared(between(number, -50.0, 50.0, _TURN, "mrad"), meaning, default=0.0)
 
 
-def _spring(what: str, unit: str, default: float) -> Value:
-    return declared(between(number, 0.0, 1000.0, _SHAFT, unit), what, default=default)
+def _spring(meaning: str, unit: str, default: float) -> Value:
+    return declared(between(number, 0.0, 1000.0, _SHAFT, unit), meaning, default=default)
 
 
 def _grid_file() -> Rule:
@@ -45,14 +45,14 @@ def _positive_list(allowed: str, fix: str, shares: bool = False) -> Rule:
     def holds(values: tuple[float, ...]) -> bool:
         return bool(values) and min(values) > 0.0 and (not shares or max(values) <= 1.0)
 
-    return Rule(numbers, allowed, holds, _without(lambda value: value <= 0.0, fix))
+    return Rule(numbers, allowed, holds, _with_wrong_entry(lambda value: value <= 0.0, fix))
 
 
-def _without(unwanted: Callable[[float], bool], fix: str) -> Callable[[tuple[float, ...]], str]:
-    """The remedy, with the first entry of the list that is wrong."""
+def _with_wrong_entry(is_wrong: Callable[[float], bool], fix: str) -> Callable[[tuple[float, ...]], str]:
+    """The fix, preceded by the first wrong entry of the list."""
 
     def with_entry(values: tuple[float, ...]) -> str:
-        wrong = next((k for k, value in enumerate(values) if unwanted(value)), None)
+        wrong = next((k for k, value in enumerate(values) if is_wrong(value)), None)
         return fix if wrong is None else f"entry {wrong + 1} is {values[wrong]:g}: {fix}"
 
     return with_entry
@@ -67,7 +67,7 @@ def _pitch_deviations() -> Rule:
     def fix(values: tuple[float, ...]) -> str:
         if len(values) < 2:
             return "one value for each of several successive teeth, e.g. [0, 10, 0, -10]"
-        return _without(lambda value: abs(value) > limit, "in um; 10 is usual at quality 6")(values)
+        return _with_wrong_entry(lambda value: abs(value) > limit, "in um; 10 is usual at quality 6")(values)
 
     return Rule(numbers, f"two or more deviations in um, each {-limit:g} to {limit:g}", holds, fix)
 
@@ -91,7 +91,7 @@ class Misalignment(EffectTable):
 
     @property
     def placement(self) -> Placement:
-        """Where these errors put the pinion."""
+        """Placement of the pinion with these errors."""
         return Placement(**asdict(self))
 
     @staticmethod
@@ -102,7 +102,7 @@ class Misalignment(EffectTable):
 
 @table
 class FlankModification(EffectTable):
-    """Table ``[effects.modification.pinion]`` or ``[effects.modification.gear]``: what is ground off a flank."""
+    """Table ``[effects.modification.pinion]`` or ``[effects.modification.gear]``: modification of a flank."""
 
     title: ClassVar[str] = "flank modification"
     acts_in: ClassVar[str] = "geometry"
@@ -112,7 +112,9 @@ class FlankModification(EffectTable):
     )
 
     tip_relief_um: float = declared(
-        between(number, 0.0, 1000.0, _RELIEF, "um"), "Relief at the very tip, normal to the flank.", default=0.0
+        between(number, 0.0, 1000.0, _RELIEF, "um"),
+        "Tip relief: amount at the tip, normal to the flank.",
+        default=0.0,
     )
     tip_relief_length_mm: float | None = declared(
         positive(_RELIEF_LENGTH),
@@ -120,7 +122,9 @@ class FlankModification(EffectTable):
         default=None,
     )
     root_relief_um: float = declared(
-        between(number, 0.0, 1000.0, _RELIEF, "um"), "Relief at the very root, normal to the flank.", default=0.0
+        between(number, 0.0, 1000.0, _RELIEF, "um"),
+        "Root relief: amount at the root, normal to the flank.",
+        default=0.0,
     )
     root_relief_length_mm: float | None = declared(
         positive(_RELIEF_LENGTH),
@@ -128,22 +132,26 @@ class FlankModification(EffectTable):
         default=None,
     )
     relief_shape: str = declared(
-        choice("parabolic", "linear"), "How relief grows over its length.", default="parabolic"
+        choice("parabolic", "linear"), "Shape of the relief over its length.", default="parabolic"
     )
     crowning_um: float = declared(
-        between(number, 0.0, 1000.0, "what the ends of the face lose; for a hollow flank give a file", "um"),
+        between(number, 0.0, 1000.0, "the relief at the ends of the face; for a hollow flank give a file", "um"),
         "Relief at both ends of the face, growing parabolically from zero in the middle.",
         default=0.0,
     )
     lead_slope_um: float = declared(
-        between(number, -1000.0, 1000.0, _SIGNED, "um"), "Change over the face width, signed.", default=0.0
+        between(number, -1000.0, 1000.0, _SIGNED, "um"),
+        "Helix slope modification: change over the face width, signed.",
+        default=0.0,
     )
     bias_um: float = declared(
         between(number, -1000.0, 1000.0, _SIGNED, "um"),
         "Twist: relief that is greatest at two opposite corners of the flank, signed.",
         default=0.0,
     )
-    file: str | None = declared(_grid_file(), "CSV or netCDF grid of deviations, added to the rest.", default=None)
+    file: str | None = declared(
+        _grid_file(), "CSV or netCDF grid of deviations, added to the other fields.", default=None
+    )
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:
@@ -173,7 +181,7 @@ class FreeEdges(EffectTable):
 
 @table
 class LoadSpectrum(EffectTable):
-    """Table ``[effects.load_spectrum]``: torques that take turns, in place of the one torque of ``[operation]``."""
+    """Table ``[effects.load_spectrum]``: alternating torques, in place of the single torque of ``[operation]``."""
 
     title: ClassVar[str] = "load spectrum"
     acts_in: ClassVar[str] = "wear"
@@ -197,14 +205,14 @@ class LoadSpectrum(EffectTable):
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:
-        """Half, the whole and five quarters of the scene's torque, mostly at the whole."""
+        """Spectrum of 50, 100 and 125 % of the scene's torque, mostly 100 %."""
         torque = scene.operation.pinion_torque_Nm
         return {"torques_Nm": [0.5 * torque, 1.0 * torque, 1.25 * torque], "shares": [0.3, 0.5, 0.2]}
 
 
 @table
 class PitchError(EffectTable):
-    """Table ``[effects.pitch_error]``: pinion teeth that are not quite in their place."""
+    """Table ``[effects.pitch_error]``: pitch deviations of the pinion's teeth."""
 
     title: ClassVar[str] = "pitch error"
     acts_in: ClassVar[str] = "meshing"
@@ -219,17 +227,17 @@ class PitchError(EffectTable):
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:
-        """Neighbours that differ by 10 um, in both directions."""
+        """Neighbouring teeth that differ by 10 um, in both directions."""
         return {"pinion_um": [0.0, 10.0, 0.0, -10.0]}
 
 
 @table
 class ShaftCompliance(EffectTable):
-    """Table ``[effects.shaft_compliance]``: shafts and bearings give way, so that load misaligns the pair."""
+    """Table ``[effects.shaft_compliance]``: shafts and bearings deflect, so that load misaligns the pair."""
 
     title: ClassVar[str] = "shaft and bearing compliance"
     acts_in: ClassVar[str] = "compliance"
-    validity: ClassVar[str] = "linear bearings and shafts; each direction gives way to its own force alone"
+    validity: ClassVar[str] = "linear bearings and shafts; each direction deflects under its own force alone"
     references: ClassVar[tuple[str, ...]] = ("ISO 6336-1:2019 (face load factor: deflection of shafts and bearings)",)
 
     offset_um_per_kN: float = _spring("Shift along +x per force in that direction.", "um/kN", 1.0)
@@ -243,7 +251,7 @@ class ShaftCompliance(EffectTable):
 
 @table
 class RunLife(EffectTable):
-    """Table ``[effects.run_life]``: how many meshes until wear reaches a limit."""
+    """Table ``[effects.run_life]``: number of meshes until wear reaches a limit."""
 
     title: ClassVar[str] = "life until a depth of wear"
     acts_in: ClassVar[str] = "results"
@@ -261,12 +269,12 @@ class RunLife(EffectTable):
     )
     ends_at: str = declared(
         choice("depth", "first_failure"),
-        "What ends the life: the depth of wear, or the first of it and of the failure modes that the scene rates.",
+        "End of the life: the wear depth, or the first of it and of the failure modes that the scene rates.",
         default="depth",
     )
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:
-        """A body that wears."""
+        """The body whose wear is limited: the gear if it wears, else the pinion."""
         worn = ("gear",) if scene.wear is None else scene.wear.worn_bodies
         return {} if "gear" in worn else {"body": worn[0]}

@@ -1,4 +1,4 @@
-"""The tables of a scene, together: frozen dataclasses, one for each table of the scene file.
+"""The tables of a scene: frozen dataclasses, one for each table of the scene file.
 
 Units are in the field names. The constructors fill in defaults and check nothing; `load_scene`,
 `parse_scene`, `scene_from_dict` and `Scene.replace` check everything.
@@ -17,7 +17,7 @@ from semiwear.scene.tables import Materials, Numerics, Operation, Wear, default_
 
 @dataclass(frozen=True, kw_only=True)
 class SceneTables:
-    """The tables of a `Scene`, which adds how it is read, changed and written."""
+    """The tables of a `Scene`, without its methods for reading, changing and writing."""
 
     title: str = declared(anything(), "Free text.", default="")
     reference: str | None = declared(
@@ -41,7 +41,7 @@ class SceneTables:
             object.__setattr__(self, "wear", replace(wear, worn_bodies=bodies, _derived=True))
 
     def _fill_in_meshes(self) -> None:
-        """Meshes of a run that ends after hours: the gear tooth's turns, z1/z2 times those of the pinion."""
+        """Set the meshes of a run that ends after hours: revolutions of the gear, z1/z2 times those of the pinion."""
         wear, speed = self.wear, self.operation.pinion_speed_rpm
         if wear is None or wear.until.hours is None or speed is None:
             return

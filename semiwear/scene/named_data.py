@@ -1,7 +1,7 @@
-"""Named data in a scene: tables that name a set take from it the fields that they leave out.
+"""Named data in a scene: a table that names a set of data takes from it the fields that it leaves out.
 
-A scene then holds both, the name and the numbers, and is refused where they differ: a name says where numbers come
-from. To change one of the numbers drops the name.
+The scene then has both the name and the numbers, and is refused if they differ, since the name states their source.
+Changing one of the numbers removes the name.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from semiwear.scene.tables import Material
 from semiwear.untyped import Table, Value
 
 NAMING = tuple(f"material.{body}" for body in BODIES)
-"""Tables for which a name may stand alone, `material.gear = "POM"`."""
+"""Tables that may be replaced by a name, `material.gear = "POM"`."""
 
-_BY_SMALL_NAME = {name.casefold(): name for name in named_sets(MATERIALS)}
-_FAR_OFF = 10.0  # times the modulus of a plastic
-_NEAR = 0.1  # share by which moduli of steels differ at most
+_BY_FOLDED_NAME = {name.casefold(): name for name in named_sets(MATERIALS)}
+_MODULUS_RATIO = 10.0  # of a steel to a plastic, at least
+_STEEL_SCATTER = 0.1  # relative difference of the moduli of steels, at most
 _ELASTIC = ("youngs_modulus_MPa", "poissons_ratio")
 _COEFFICIENT = "coefficient_mm2_per_N"
 _OILED = {
     "effects.friction": ("viscosity_mPas",),
     "effects.lubrication": ("viscosity_mPas", "pressure_viscosity_per_GPa"),
 }
-# by table: fields that name data, and those that follow from them
+# by table: fields that name data, and the fields taken from these
 _NAMED: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     **{table: (("data",), ("name", *_ELASTIC)) for table in NAMING},
     "wear": (("data",), (_COEFFICIENT,)),
@@ -37,7 +37,7 @@ _NAMED: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 
 def dropped_with(key: str) -> tuple[str, ...]:
-    """Fields that a change of this one leaves nothing of: what a name gives, or the name of data that are changed."""
+    """Fields removed by a change of this field: those taken from a changed name, or the name of changed data."""
     table, _, field = key.rpartition(".")
     naming, given = _NAMED.get(table, ((), ()))
     dropped = given if field in naming else naming if field in given and field != "name" else ()
@@ -45,7 +45,7 @@ def dropped_with(key: str) -> tuple[str, ...]:
 
 
 def with_named_data(data: Mapping[str, Value]) -> Mapping[str, Value]:
-    """Nested mappings of a scene with the fields that named data give; what is no name is left as it is."""
+    """Nested mappings of a scene with the fields of named data filled in; unknown names are kept."""
     filled = dict(data)
     _fill(filled, "material", _materials)
     _fill(filled, "wear", _wear)
@@ -64,7 +64,7 @@ def _materials(tables: Table) -> Table:
         if isinstance(own, str):
             own = {"data": own}
         if isinstance(own, Mapping) and (found := named_set(MATERIALS, own.get("data"))):
-            own = {"name": found["title"]} | {name: found[name] for name in _ELASTIC} | _said(own)
+            own = {"name": found["title"]} | {name: found[name] for name in _ELASTIC} | _given(own)
         if own is not None:
             tables[body] = own
     return tables
@@ -75,7 +75,7 @@ def _wear(table: Table) -> Table:
     if isinstance(names, Mapping) and (given is None or isinstance(given, Mapping)):
         found = {body: named_set(WEAR, name).get(_COEFFICIENT) for body, name in names.items() if name is not None}
         if found and None not in found.values() and set(found) <= set(BODIES):
-            table[_COEFFICIENT] = found | _said(given or {})
+            table[_COEFFICIENT] = found | _given(given or {})
     elif given is None and (coefficient := named_set(WEAR, names).get(_COEFFICIENT)):
         table[_COEFFICIENT] = coefficient
     return table
@@ -89,16 +89,16 @@ def _oils(tables: Table) -> Table:
             continue
         temperature = own.get("oil_temperature_C")
         if isinstance(temperature, int | float) and -60.0 <= temperature <= 200.0:
-            given = oil_at(oil, temperature)
-            tables[effect] = {name: given[name] for name in names} | _said(own)
+            published = oil_at(oil, temperature)
+            tables[effect] = {name: published[name] for name in names} | _given(own)
     return tables
 
 
-def _said(table: Mapping[str, Value]) -> Table:
+def _given(table: Mapping[str, Value]) -> Table:
     return {name: value for name, value in table.items() if value is not None}
 
 
-# ---- rules: numbers are those of the data that are named
+# ---- rules: numbers equal those of the named data
 
 
 def _differs(key: str, found: object, published: object, table: str, name: str) -> Iterator[Problem]:
@@ -120,14 +120,14 @@ for _table in NAMING:
                 yield from _differs(f"{table}.{field}", value, float(named_set(MATERIALS, name)[field]), table, name)
 
     @_across(_table, "name", "data", "youngs_modulus_MPa")
-    def _a_label_gives_no_stiffness(
+    def _plastic_has_not_the_modulus_of_steel(
         name: str, data: str | None, modulus: float, table: str = _table
     ) -> Iterator[Problem]:
-        meant = _BY_SMALL_NAME.get(name.casefold())
+        meant = _BY_FOLDED_NAME.get(name.casefold())
         published = float(named_set(MATERIALS, meant).get("youngs_modulus_MPa", modulus))
-        of_steel = abs(modulus / Material.youngs_modulus_MPa - 1.0) < _NEAR
-        if data is None and of_steel and _FAR_OFF * published < modulus:
-            fix = f'the name alone gives no stiffness: give data = "{meant}", or the modulus'
+        of_steel = abs(modulus / Material.youngs_modulus_MPa - 1.0) < _STEEL_SCATTER
+        if data is None and of_steel and _MODULUS_RATIO * published < modulus:
+            fix = f'the name alone sets no stiffness: give data = "{meant}", or the modulus'
             yield Problem(f"{table}.youngs_modulus_MPa", modulus, f"about {published:g} MPa of {meant}", fix)
 
 
@@ -158,11 +158,11 @@ for _table, _names in _OILED.items():
         fields: tuple[str, ...] = _names,
     ) -> Iterator[Problem]:
         if (name is None) != (temperature is None):
-            missing, there = ("oil_temperature_C", "data") if temperature is None else ("data", "oil_temperature_C")
+            missing, present = ("oil_temperature_C", "data") if temperature is None else ("data", "oil_temperature_C")
             allowed = "degrees Celsius" if temperature is None else "the name of an oil (semiwear materials)"
-            fix = f"needed by {table}.{there}: add it, or leave both out"
+            fix = f"needed by {table}.{present}: add it, or leave both out"
             yield Problem(f"{table}.{missing}", None, allowed, fix)
         elif name is not None and temperature is not None:
-            given = oil_at(named_set(OILS, name), temperature)
+            published = oil_at(named_set(OILS, name), temperature)
             for field, value in zip(fields, own, strict=True):
-                yield from _differs(f"{table}.{field}", value, given[field], table, name)
+                yield from _differs(f"{table}.{field}", value, published[field], table, name)

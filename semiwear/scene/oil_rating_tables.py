@@ -1,6 +1,6 @@
 """Tables of the failure modes of the oil film, micropitting and scuffing; exported by `semiwear.scene.effects`.
 
-The oil and its tests have no defaults, as the materials of other modes have none.
+Properties and test results of the oil have no defaults, nor have the strengths of materials in other modes.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from semiwear.untyped import Value
 _NEEDS = ("wear", "operation.pinion_speed_rpm", "effects.flash_temperature")
 
 
-def _needed(what: str, low: float, high: float, unit: str, usual: str) -> Value:
-    return declared(usual_range(low, high, unit, usual), what)
+def _needed(meaning: str, low: float, high: float, unit: str, usual: str) -> Value:
+    return declared(usual_range(low, high, unit, usual), meaning)
 
 
-def _temperature(what: str, usual: str) -> Value:
-    return _needed(what, -60.0, 250.0, "degrees Celsius", usual)
+def _temperature(meaning: str, usual: str) -> Value:
+    return _needed(meaning, -60.0, 250.0, "degrees Celsius", usual)
 
 
 @table
 class OilTable(RatingTable):
-    """Fields of the oil that tables of the film have in common."""
+    """Fields of the oil common to these tables."""
 
     oil_family: str = declared(
         choice("mineral", "polyalphaolefin", "polyglycol", otherwise="the base oil of its data sheet"),
@@ -76,11 +76,11 @@ class Micropitting(OilTable):
         "FVA 1993, information sheet 54/7 (micropitting test C-GF/8,3/90)",
     )
 
-    bulk_temperature_C: float = _temperature("Temperature of the teeth before they meet.", "60 to 120")
+    bulk_temperature_C: float = _temperature("Bulk temperature of the teeth before they mesh.", "60 to 120")
     roughness_Ra_um: float = _needed("Mean Ra of both flanks.", 0.01, 10.0, "um", "0.2 to 0.8 ground, about Rz/6")
     limit: str = declared(
         choice("load_stage", "given"),
-        "Where the permissible film comes from: the oil's `load_stage`, or `permissible_film`.",
+        "Source of the permissible film: the oil's `load_stage`, or `permissible_film`.",
         default="load_stage",
     )
     load_stage: float | None = declared(
@@ -95,7 +95,7 @@ class Micropitting(OilTable):
     )
     material_factor: float = declared(
         between(number, 0.5, 2.0, "W_W: 1 for case-hardened steel as in the test"),
-        "Material factor W_W of flanks of another steel than the case-hardened one of the test.",
+        "Material factor W_W for flanks of another steel than the case-hardened steel of the test.",
         default=1.0,
     )
     required_safety: float = limit_of_safety("S_lambda_min", 1.0)
@@ -103,7 +103,7 @@ class Micropitting(OilTable):
 
 @table
 class Scuffing(OilTable):
-    """Table ``[effects.scuffing]``: safety of the contact's temperature against scuffing."""
+    """Table ``[effects.scuffing]``: safety against scuffing from the contact temperature."""
 
     title: ClassVar[str] = "scuffing"
     needs: ClassVar[tuple[str, ...]] = _NEEDS
@@ -120,8 +120,8 @@ class Scuffing(OilTable):
     )
     oil_temperature_C: float = _temperature("Temperature of the oil in the sump or at the nozzle.", "40 to 90")
     oil_supply: str = declared(
-        choice("dip", "spray", "submerged", otherwise="how the oil comes to the mesh"),
-        "How the oil comes to the mesh, which cools the teeth.",
+        choice("dip", "spray", "submerged", otherwise="the kind of oil supply to the mesh"),
+        "Kind of oil supply to the mesh, which cools the teeth.",
     )
     load_stage: float = _needed(
         "Failure load stage of the oil in the FZG test A/8,3/90.", 1.0, 14.0, "", "8 to 13, from its data sheet"

@@ -1,4 +1,4 @@
-"""Where the pinion sits relative to its nominal place: mounting errors."""
+"""Position of the pinion relative to its nominal position: mounting errors."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from semiwear.scene.values import Unreadable, number, shown
 
 @dataclass(frozen=True)
 class Placement:
-    """A rigid displacement of the pinion from its nominal place; the default is perfect alignment.
+    """A rigid displacement of the pinion from its nominal position; the default is perfect alignment.
 
-    Translations are along the axes of the fixed frame, rotations about axes through the pitch point. Of a face gear
-    pair the origin lies where the gear's axis, y, meets the axis of the shaper, z; the gear's teeth point to +y, and
-    the pinion's axis is parallel to z, half the module times the difference of both numbers of teeth towards -y. Of a
-    cylindrical pair both axes run along z, and the gear lies below the pinion, towards -y: the motion along +y opens
-    an external pair, the shaft angle error inclines the axes in their common plane, the slope sets them askew.
+    Translations are along the axes of the fixed frame, rotations about axes through the pitch point. For a face gear
+    pair the origin is the intersection of the gear's axis, y, and the shaper's, z; the gear's teeth point to +y, and
+    the pinion's axis is parallel to z, half the module times the difference of both numbers of teeth towards -y. For
+    a cylindrical pair both axes are along z, and the gear lies below the pinion, towards -y: a motion along +y
+    increases the centre distance of an external pair, the shaft angle error inclines the axes in their common plane,
+    and the slope inclines them out of that plane.
 
     Attributes
     ----------
@@ -57,5 +58,5 @@ class Placement:
 
     @property
     def is_aligned(self) -> bool:
-        """Whether the pinion is exactly in its nominal place."""
+        """Whether the pinion is exactly in its nominal position."""
         return self == Placement()

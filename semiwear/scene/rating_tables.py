@@ -1,6 +1,6 @@
 """Tables of failure modes that are rated over the life; exported by `semiwear.scene.effects`.
 
-Limits of the materials have no defaults: a scene that rates a mode says of what its teeth are made.
+Strengths of materials have no defaults, so that a scene that rates a mode must give those of its teeth.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _CONTACT_CURVES = ("hardened", "hardened_some_pits", "nitrided", "nitrocarburize
 _ROOT_CURVES = ("case_hardened", "through_hardened", "normalized", "cast_iron", "nitrided", "nitrocarburized")
 
 
-def _limit(what: str, usual: str, high: float) -> Value:
+def _limit(meaning: str, usual: str, high: float) -> Value:
     rule = Rule(number, f"above 0, up to {high:g} MPa; {usual}", lambda value: 0.0 < value <= high, "in MPa (N/mm2)")
-    return declared(rule, what)
+    return declared(rule, meaning)
 
 
 def _curve(body: str, curves: tuple[str, ...]) -> Value:
@@ -80,7 +80,7 @@ class Pitting(RatingTable):
     life_factor_at_1e10: float = _life_factor()
     film_factors: str = declared(
         choice("from_oil", "given"),
-        "How Z_L, Z_v and Z_R are found: from viscosity, speed and roughness, or given as `film_factor`.",
+        "Source of Z_L, Z_v and Z_R: viscosity, speed and roughness, or `film_factor`.",
         default="from_oil",
     )
     film_factor: float | None = declared(
@@ -138,7 +138,7 @@ class Bending(RatingTable):
         default=None,
     )
     mean_stress_factor: float = factor(
-        "Y_M", "Mean stress factor Y_M: 0.7 where teeth are loaded both ways.", 0.3, 1.0
+        "Y_M", "Mean stress factor Y_M: 0.7 for teeth loaded in both directions.", 0.3, 1.0
     )
     application_factor: float = outer_load_factor()
     dynamic_factor: float = inner_load_factor()

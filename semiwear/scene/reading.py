@@ -1,4 +1,4 @@
-"""First look at a scene file: every field by itself, and every name."""
+"""Reading of a scene file: every field by its own rule, and unknown names."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema,
 from semiwear.scene.values import shown
 from semiwear.untyped import Table, Value
 
-# A name from the same table is a likelier meaning than an equally close one from elsewhere.
+# A name from the same table is preferred to an equally close one from another table.
 _SAME_TABLE_BONUS = 0.1
-# Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.
+# Names of effects are suggested for an unknown name of another table only if no other name is close.
 _EFFECT_MALUS = 0.2
 _MOST_MEANINGS = 3
 _TYPE = "gear_pair.type"
-# Symbols and words of drawings, textbooks and other programs, in small letters without underscores or unit, and the
-# fields that they stand for.
+# Symbols and words of drawings, textbooks and other programs, in small letters without underscores or unit, with the
+# fields that they denote.
 _OTHER_NAMES = {
     "z1": ("pinion_teeth",),
     "z2": ("gear_teeth",),
@@ -62,9 +62,9 @@ _OTHER_NAMES = {
     "chbeta": ("lead_slope_um",),
 }
 _UNIT = re.compile(r"_(mm|um|deg|rad|nm|knm|rpm|mpa|gpa)$")  # ends of names, in small letters
-# Names of a rating that no scene has the inputs of, in small letters.
+# Names of a rating whose inputs a scene does not have, in small letters.
 _OF_WORMS = frozenset({"din_3996", "din3996", "iso_14521", "iso_ts_14521", "worm", "worm_wear"})
-# Of more unknown names, those that follow are counted: to find out what each may mean takes a millisecond and more.
+# Further unknown names are only counted, since the search for the meaning of each takes a millisecond or more.
 MOST_UNKNOWN = 20
 
 
@@ -75,15 +75,15 @@ class Reading:
     Attributes
     ----------
     schema : Schema
-        The fields that the scene may hold.
+        The fields that the scene may have.
     given : dict
-        Dotted key to value, for every field that is there and in its range.
+        Dotted key to value, for every given field that is within its range.
     refused : set of str
-        Dotted keys of the fields and tables that are there, but wrong.
+        Dotted keys of the given fields and tables that are wrong.
     tables : set of str
-        The tables that are there.
+        The tables that are present.
     problems : list of Problem
-        What is wrong so far.
+        Problems found so far.
     """
 
     schema: Schema
@@ -93,16 +93,16 @@ class Reading:
     problems: list[Problem] = field(default_factory=list)
 
     def has(self, key: str) -> bool:
-        """Whether the file says something, right or wrong, about a field or table."""
+        """Whether the file has a field or table, right or wrong."""
         return key in self.given or key in self.refused or key in self.tables
 
     def lacks(self, key: str) -> bool:
-        """Whether a field is absent although the table that holds it is there, or would be by default."""
+        """Whether a field is absent although its table is present, or would be by default."""
         return not self.has(key) and self._expects(parent(key))
 
     @property
     def complete(self) -> bool:
-        """Whether every field that is there is in its range, and every required one is there."""
+        """Whether every given field is within its range, and every required field is given."""
         return not self.refused and not any(self.lacks(key) for key in self.schema.required)
 
     def _expects(self, table: str) -> bool:
@@ -112,14 +112,14 @@ class Reading:
 
 
 def read_fields(data: Mapping[str, Value], schema: Schema, *, kind_is_known: bool = True) -> Reading:
-    """Read every field of a nested mapping by its own rule; report wrong values, unknown names and gaps.
+    """Read every field of a nested mapping by its own rule; report wrong values, unknown names and missing fields.
 
     Parameters
     ----------
     data : mapping
     schema : Schema
     kind_is_known : bool
-        Whether no other kind of gear pair may be meant: fields of one that may not be are not asked for.
+        Whether the kind of gear pair is certain; else missing fields of the gear pair are not reported.
     """
     reading = Reading(schema)
     unknown: deque[tuple[str, str, Value]] = deque()
@@ -132,8 +132,8 @@ def read_fields(data: Mapping[str, Value], schema: Schema, *, kind_is_known: boo
         reading.problems.append(more_unknown(f"{table}.{name}" if table else name, len(unknown)))
     for key in sorted(schema.required, key=list(schema.rules).index):
         table = parent(key)
-        asked_for = kind_is_known or key == _TYPE or table != parent(_TYPE)
-        if asked_for and reading.lacks(key) and f"{table}.data" not in reading.refused:
+        is_needed = kind_is_known or key == _TYPE or table != parent(_TYPE)
+        if is_needed and reading.lacks(key) and f"{table}.data" not in reading.refused:
             fix = _missing_fix(key, schema, kind_is_known)
             reading.problems.append(Problem(key, None, schema.rules[key].allowed, fix))
     return reading
@@ -142,7 +142,7 @@ def read_fields(data: Mapping[str, Value], schema: Schema, *, kind_is_known: boo
 def _missing_fix(key: str, schema: Schema, kind_is_known: bool) -> str:
     table = parent(key)
     if key == _TYPE and not kind_is_known:
-        return "say first which kind it is, its fields follow from that (semiwear fields --kind KIND lists them)"
+        return "give the kind first, its fields depend on it (semiwear fields --kind KIND lists them)"
     if key == _TYPE:
         return f'its fields are those of such a pair: add type = "{schema.kind}"'
     named = f", or {table}.data (semiwear materials)" if f"{table}.data" in schema.rules else ""
@@ -160,10 +160,10 @@ def _read_table(table: str, raw: Value, reading: Reading, unknown: deque[tuple[s
         allowed = f"a table with one or more of {', '.join(map(last_of, reading.schema.children(table)))}"
         reading.problems.append(Problem(table, shown(dict(raw)), allowed, _table_fix(table, reading.schema)))
     for name, value in raw.items():
-        if value is None:  # TOML has no null: a caller's None stands for a field left out
+        if value is None:  # a field left out by a caller; TOML has no null
             continue
         key = f"{table}.{name}" if table else str(name)
-        # A quoted name with a dot in it must not pass for a path.
+        # A quoted name that contains a dot must not be read as a path.
         known = isinstance(name, str) and name != "" and "." not in name
         if known and key in reading.schema.rules:
             _read_value(key, value, reading)
@@ -179,7 +179,7 @@ def _table_fix(table: str, schema: Schema) -> str:
         return f"write the header of an effect, e.g. [{examples[0]}], or leave it out"
     if table.startswith("effects."):
         return (
-            f"write the header [{table}]; an effect runs if its table is there, even an empty one. "
+            f"write the header [{table}]; an effect is active if its table is present, even if empty. "
             f"To remove it, leave the table out (on the command line --set {table}=none)"
         )
     return f"write the header [{table}] above its fields"
@@ -204,7 +204,7 @@ def _read_unknown(
     if meant is not None and not reading.has(meant):
         if meant in schema.required and reading.lacks(meant):
             problem = Problem(problem.field, problem.value, problem.allowed, f"{problem.fix} It is missing.")
-        # Read on under the name that was meant, so that its value is tested in the same go.
+        # Read under the suggested name, so that its value is checked, too.
         if meant in schema.tables and isinstance(raw, Mapping):
             _read_table(meant, raw, reading, unknown)
         elif meant in schema.rules:
@@ -213,26 +213,26 @@ def _read_unknown(
 
 
 def more_unknown(key: str, count: int) -> Problem:
-    """The problem of unknown names that follow many others, of which this is the first."""
+    """Problem of the unknown names after the first many; `key` is the first of them."""
     return Problem(str(shown(key)), f"{count} more unknown names", "names of a scene", "is this the file of a scene?")
 
 
 def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
-    """The problem of a name that no table of a scene has."""
+    """Problem of an unknown name."""
     key = f"{table}.{name}" if table else name or '""'
     meanings = _meanings(table, name, schema)
-    where = f"[{table}]" if table else "the top level"
-    allowed = f"a name of {where}"
+    location = f"[{table}]" if table else "the top level"
+    allowed = f"a name of {location}"
     if len(meanings) != 1:
         allowed += f": {', '.join(map(last_of, schema.children(table)))}"
     if name.casefold() in _OF_WORMS:
         fix = (
             "remove it: that wear safety is of worm gears, whose inputs a scene does not have (docs/failure_modes.md)"
         )
-        return Problem(key, shown(raw), f"a name of {where}", fix)
+        return Problem(key, shown(raw), f"a name of {location}", fix)
     if meanings:
-        near = (last_of(meant) if parent(meant) == table else meant for meant in meanings)
-        fix = f"did you mean {' or '.join(near)}?"
+        names = (last_of(meant) if parent(meant) == table else meant for meant in meanings)
+        fix = f"did you mean {' or '.join(names)}?"
     else:
         others = _kinds_with(key)
         fix = f'remove it: it is of gear_pair.type = "{others[0]}"' if others else "remove it"
@@ -240,41 +240,41 @@ def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
 
 
 def _meanings(table: str, name: str, schema: Schema) -> list[str]:
-    """Dotted keys of the fields and tables that a misspelled or misplaced name may stand for; few, or none."""
+    """Dotted keys of the fields and tables that a misspelled or misplaced name may mean; few, or none."""
     symbol = _UNIT.sub("", name.casefold()).replace("_", "")
     keys = (f"{table}.{meant}" for meant in _OTHER_NAMES.get(symbol, ()))
     if known := [key for key in keys if key in schema.rules]:
         return known
-    scores = {key: _likelihood(table, name, key) for key in (*schema.rules, *schema.tables) if key}
+    scores = {key: _score(table, name, key) for key in (*schema.rules, *schema.tables) if key}
     best = max(scores.values())
-    if best < 1.0 and _kinds_with(f"{table}.{name}"):  # spelled well, of another kind of pair
+    if best < 1.0 and _kinds_with(f"{table}.{name}"):  # a correct name of another kind of pair
         return []
     if best < 1.0 and (known := _with_the_words(table, name, schema)):
         return known
-    likeliest = [key for key, score in scores.items() if score == best]
-    # of several that are as close, a field that every scene must give is the likelier meaning
-    needed = [key for key in likeliest if key in schema.required]
-    likeliest = needed if len(needed) == 1 else likeliest
-    return likeliest if best > 0.0 and len(likeliest) <= _MOST_MEANINGS else []
+    closest_keys = [key for key, score in scores.items() if score == best]
+    # of several equally close names a required field is preferred
+    needed = [key for key in closest_keys if key in schema.required]
+    closest_keys = needed if len(needed) == 1 else closest_keys
+    return closest_keys if best > 0.0 and len(closest_keys) <= _MOST_MEANINGS else []
 
 
 def _with_the_words(table: str, name: str, schema: Schema) -> list[str]:
-    """Dotted keys of the few fields that have all words of a name of two words or more, the same table's first."""
+    """Dotted keys of the fields that contain all words of a name of two or more words, preferring the same table."""
     words = set(re.split(r"[_.]", name.casefold()))
     having = (
         [key for key in schema.rules if words <= set(re.split(r"[_.]", key.casefold()))] if len(words) > 1 else []
     )
-    near = [key for key in having if parent(key) == table] or having
-    return near if len(near) <= _MOST_MEANINGS else []
+    preferred = [key for key in having if parent(key) == table] or having
+    return preferred if len(preferred) <= _MOST_MEANINGS else []
 
 
 def _kinds_with(key: str) -> list[str]:
-    """Kinds of gear pair that have such a field."""
+    """Kinds of gear pair that have a field."""
     return [kind for kind, schema in SCHEMAS.items() if key in schema.rules]
 
 
-def _likelihood(table: str, name: str, key: str) -> float:
-    if "." in name:  # a path, of which any step may be misspelled
+def _score(table: str, name: str, key: str) -> float:
+    if "." in name:  # a path with a misspelled part
         return closeness(f"{table}.{name}".lstrip("."), key)
     score = closeness(name, last_of(key))
     if score == 0.0:

@@ -1,4 +1,4 @@
-"""The allowed values of one field, and the rules that many fields share."""
+"""Rules for the allowed values of a field, and rules common to many fields."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class Rule:
     Attributes
     ----------
     read : callable
-        From the raw value to the value kept; raises `Unreadable` for a wrong type.
+        Converts the raw value to the stored one; raises `Unreadable` for a wrong type.
     allowed : str
         The allowed range in words.
     holds : callable
-        Whether a value that could be read is in that range.
+        Whether a converted value is in that range.
     fix : str or callable
-        The likely remedy of a value out of range, whatever the value or from the value.
+        Probable correction of a value out of range, as text or as a function of the value.
     names_file : callable
-        Whether a value in range is the path of a file that is read.
+        Whether a value in range is the path of an input file.
     """
 
     read: Reader
@@ -38,7 +38,7 @@ class Rule:
     names_file: Callable[[Value], bool] = lambda value: False
 
     def apply(self, key: str, raw: object) -> tuple[Value, Problem | None]:
-        """The value to keep (None if there is a problem), and the problem if there is one."""
+        """The stored value, None if there is a problem, and the problem, None if there is none."""
         try:
             value = self.read(raw)
         except Unreadable as reason:
@@ -72,13 +72,13 @@ def above(limit: float, high: float, fix: str, unit: str = "") -> Rule:
 
 
 def angle(low: float, high: float, fix: str) -> Rule:
-    """An angle in a closed range of degrees; one below it that would lie in it as radians is told so."""
+    """An angle in a closed range of degrees; the fix recognises a value in radians."""
 
-    def remedy(value: float) -> str:
+    def unit_fix(value: float) -> str:
         meant = degrees(value)
         return f"in degrees: this looks like radians, give {meant:.3g}" if value < low <= meant <= high else fix
 
-    return Rule(number, f"{low:g} to {high:g} degrees", lambda value: low <= value <= high, remedy)
+    return Rule(number, f"{low:g} to {high:g} degrees", lambda value: low <= value <= high, unit_fix)
 
 
 def any_number(fix: str) -> Rule:
@@ -114,7 +114,7 @@ def choice(*options: str, otherwise: str = "") -> Rule:
 
 
 def grid_file(allowed: str, fix: str) -> Rule:
-    """The path of a CSV or netCDF file, which is read."""
+    """The path of a CSV or netCDF file, which is an input of the scene."""
 
     def is_grid(path: str) -> bool:
         return path.casefold().endswith((".csv", ".nc"))

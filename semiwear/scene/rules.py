@@ -1,4 +1,4 @@
-"""Allowed values of fields that need more than a range: moduli, depths, bodies, wear coefficients."""
+"""Rules of fields that need more than a range: moduli, depths, bodies, wear coefficients."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from semiwear.scene.values import Unreadable, number, numbers, shown, text, text
 from semiwear.untyped import Value
 
 BODIES = ("pinion", "gear")
-"""Both bodies, in the order in which a scene keeps them."""
+"""Both bodies, in the order of a scene."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ _COEFFICIENTS = "a table {pinion = ..., gear = ...}"
 
 
 def youngs_modulus() -> Rule:
-    """From soft polymers to diamond, which tells the units apart."""
+    """Young's modulus from soft polymers to diamond, a range that reveals wrong units."""
 
     def fix(value: float) -> str:
         for unit, factor in (("GPa", 1e3), ("Pa", 1e-6)):
@@ -83,7 +83,7 @@ def increasing_depths() -> Rule:
 
 
 def _bodies(raw: object) -> tuple[str, ...]:
-    """A list of texts, the pinion first where it holds nothing but bodies."""
+    """A list of texts, sorted with the pinion first if all are bodies."""
     if isinstance(raw, str):
         meant = BODIES if raw.casefold() == "both" else (closest(raw, BODIES) or "gear",)
         raise Unreadable(f"give a list: {_listed(meant)}")
@@ -107,9 +107,9 @@ def worn_bodies() -> Rule:
 
 
 def watched_body() -> Value:
-    """The field of a control point that says on which flank it lies."""
-    what = "Body on whose flank the point lies; left out: the gear if it wears, else the pinion."
-    return declared(choice(*BODIES), what, default=None)
+    """Field of a control point for the body on whose flank it lies."""
+    meaning = "Body on whose flank the point lies; left out: the gear if it wears, else the pinion."
+    return declared(choice(*BODIES), meaning, default=None)
 
 
 def _listed(words: Iterable[str]) -> str:
@@ -128,7 +128,7 @@ def _coefficient(raw: object) -> float | BodyCoefficients:
     try:
         return BodyCoefficients(**{body: number(value) for body, value in raw.items()})
     except Unreadable as reason:
-        raise Unreadable(f"of each body {reason}") from None
+        raise Unreadable(f"for each body {reason}") from None
 
 
 def _each(value: float | BodyCoefficients) -> tuple[float, ...]:
@@ -137,24 +137,25 @@ def _each(value: float | BodyCoefficients) -> tuple[float, ...]:
 
 
 _WEAR_COEFFICIENTS = (1e-16, 1e-5)
-"""Of any sliding pair [mm2/N]. Archard's number K = k times hardness is 1e-8 to 1e-2 for metals (Archard and Hirst
-1956), which at 200 to 10,000 MPa makes k 1e-12 to 5e-5; lubricated gears go down to 1e-13 (Andersson and Flodin)."""
+"""Range for any sliding pair [mm2/N]. Archard's number K = k times hardness is 1e-8 to 1e-2 for metals (Archard and
+Hirst 1956), which at 200 to 10,000 MPa makes k 1e-12 to 5e-5; for lubricated gears it is as low as 1e-13 (Andersson
+and Flodin)."""
 
 USUAL_WEAR_COEFFICIENTS = (1e-14, 1e-7)
-"""From well lubricated hard steel to dry plastics [mm2/N]; beyond, a unit has probably slipped."""
+"""Range from well lubricated hard steel to dry plastics [mm2/N]; beyond it, the unit is probably wrong."""
 
 _USUAL_COEFFICIENT = "1e-13 to 1e-9 mm2/N is usual of lubricated steel, 1e-9 to 1e-7 of plastics"
 
 
 def wear_coefficient() -> Rule:
-    """Of any sliding pair, which tells the units apart."""
+    """Wear coefficient of any sliding pair, a range that reveals wrong units."""
     least, most = _WEAR_COEFFICIENTS
 
     def holds(value: float | BodyCoefficients) -> bool:
-        return all(least <= one <= most for one in _each(value))
+        return all(least <= coefficient <= most for coefficient in _each(value))
 
     def fix(value: float | BodyCoefficients) -> str:
-        wrong = next(one for one in _each(value) if not least <= one <= most)
+        wrong = next(coefficient for coefficient in _each(value) if not least <= coefficient <= most)
         if wrong <= 0.0:
             return f"give a positive number: {_USUAL_COEFFICIENT}"
         if wrong < least:
@@ -166,18 +167,18 @@ def wear_coefficient() -> Rule:
 
 
 def _named_otherwise(kind: str) -> str:
-    told = "semiwear materials lists them with their sources"
-    return f'any steel, hardened or not, is "steel"; {told}' if "steel" in named_sets(kind) else told
+    listing = "semiwear materials lists them with their sources"
+    return f'any steel, hardened or not, is "steel"; {listing}' if "steel" in named_sets(kind) else listing
 
 
-def named_data(kind: str, what: str) -> Value:
-    """The field that names a set of data of a kind, of which `semiwear materials` lists all."""
+def named_data(kind: str, meaning: str) -> Value:
+    """Field that names a set of data of a kind; `semiwear materials` lists all sets."""
     names = tuple(named_sets(kind))
-    return declared(choice(*names, otherwise=_named_otherwise(kind)), what, default=None)
+    return declared(choice(*names, otherwise=_named_otherwise(kind)), meaning, default=None)
 
 
 def wear_data() -> Rule:
-    """A named wear coefficient, or one for each body."""
+    """A named wear coefficient, or a name for each body."""
     names = tuple(named_sets(WEAR))
 
     def read(raw: object) -> str | BodyData:
@@ -194,16 +195,15 @@ def wear_data() -> Rule:
         return value.given.values() if isinstance(value, BodyData) else (value,)
 
     def fix(value: str | BodyData) -> str:
-        meant = [near for name in each(value) if name not in names and (near := closest(name, names))]
-        told = "semiwear materials lists them with their sources"
-        return f'did you mean "{meant[0]}"?' if meant else told
+        meant = [known for name in each(value) if name not in names and (known := closest(name, names))]
+        return f'did you mean "{meant[0]}"?' if meant else "semiwear materials lists them with their sources"
 
     allowed = f"one of {', '.join(names)}, or {_COEFFICIENTS}"
     return Rule(read, allowed, lambda value: all(name in names for name in each(value)), fix)
 
 
 def tooth_compliance() -> Rule:
-    """A model, or a file of influence data."""
+    """A compliance model, or a file of influence data."""
     words = ("prism", "rigid")
 
     def fix(value: str) -> str:

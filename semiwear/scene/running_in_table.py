@@ -16,7 +16,7 @@ _LAW, _MODE = "effects.wear_law.lubrication", "effects.micropitting"
 
 @table
 class RunningIn(EffectTable):
-    """Table ``[effects.running_in]``: flanks grow smoother as they wear, each point with its own depth."""
+    """Table ``[effects.running_in]``: the roughness of each flank point decreases with its wear depth."""
 
     title: ClassVar[str] = "running in of roughness"
     acts_in: ClassVar[str] = "wear"
@@ -32,16 +32,16 @@ class RunningIn(EffectTable):
 
     acts_on: str = declared(
         choice("wear_law", "micropitting", "both"),
-        "What knows the film over the run-in roughness: `wear_law.lubrication`, `micropitting`, or `both`.",
+        "Effects that use the run-in roughness: `wear_law.lubrication`, `micropitting`, or `both`.",
         default="wear_law",
     )
     strength: float = declared(
-        between(number, 0.0, 0.95, "the share of the roughness that goes: 0.2 to 0.6 is usual of ground flanks"),
-        "Share of the roughness that running in takes off in the end.",
+        between(number, 0.0, 0.95, "the share of the roughness removed: 0.2 to 0.6 is usual for ground flanks"),
+        "Share of the roughness that running in finally removes.",
         default=0.5,
     )
     depth_um: float = declared(
         above(0.0, 100.0, "in um: about the roughness Ra itself, 0.3 to 3, is usual", "um"),
-        "Wear depth after which 63 % of that share is gone.",
+        "Wear depth at which 63 % of that share is removed.",
         default=1.0,
     )

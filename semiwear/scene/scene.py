@@ -1,4 +1,4 @@
-"""The scene: what is to be simulated, as one immutable value that reads and writes TOML."""
+"""The scene: all inputs of a simulation, as one immutable value that is read from and written to TOML."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from semiwear.scene.schema import INLINE_TABLES, built_tables, to_dict
 from semiwear.scene.toml_io import flat, write_toml
 from semiwear.untyped import Table, Value
 
-_FOLDED = ("material", "numerics")  # in a notebook
+_FOLDED = ("material", "numerics")  # tables that a notebook shows folded
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scene(SceneTables):
-    """Everything a simulation needs to know; immutable and hashable.
+    """All inputs of a simulation; immutable and hashable.
 
     Attributes
     ----------
@@ -31,12 +31,12 @@ class Scene(SceneTables):
     reference : str or None
         Published figures to compare with: ``"seed_paper"``. Default None.
     gear_pair, material, operation, wear, numerics
-        The tables; ``wear`` is None when only loaded contact is asked for.
+        The tables; ``wear`` is None for loaded contact only.
     effects : Effects
-        Optional physics: an effect runs if and only if its table is there. Default none.
+        Optional effects; each is active if and only if its table is present. Default none.
     """
 
-    # Kept so that `replace` applies the limits under which the scene was loaded.
+    # `replace` applies the check with which the scene was loaded
     _check: Check | None = field(default=None, repr=False, compare=False)
 
     def replace(self, changes: Mapping[str, Value]) -> Scene:
@@ -48,12 +48,12 @@ class Scene(SceneTables):
             From dotted key, e.g. ``"operation.pinion_torque_Nm"``, to the new value. None removes a field
             (back to its default) or a table. An empty mapping adds an effect with its defaults:
             ``{"effects.friction": {}}``. Setting one of ``wear.until.meshes`` and
-            ``wear.until.control_depths_um`` removes the other. Derived defaults follow.
+            ``wear.until.control_depths_um`` removes the other. Derived defaults are computed anew.
 
         Raises
         ------
         SceneError
-            With every problem of the new scene, unknown keys included.
+            With all problems of the new scene, unknown keys included.
 
         Examples
         --------
@@ -72,7 +72,7 @@ class Scene(SceneTables):
         return to_dict(self)
 
     def to_toml(self) -> str:
-        """The scene as a TOML file with every number written out; `parse_scene` gives an equal scene back."""
+        """The scene as TOML text with every number written out; `parse_scene` returns an equal scene."""
         return write_toml(self.to_dict(), inline=INLINE_TABLES)
 
     def _repr_html_(self) -> str:
@@ -96,7 +96,7 @@ class Scene(SceneTables):
 
 
 Check = Callable[[Scene], Sequence[Problem]]
-"""Further limits of a scene, e.g. geometric ones; returns what is wrong."""
+"""Function of a scene that checks further limits, e.g. geometric ones, and returns problems."""
 
 
 def scene_from_dict(
@@ -106,23 +106,23 @@ def scene_from_dict(
     check: Check | None = None,
     problems: Sequence[Problem] = (),
 ) -> Scene:
-    """A scene from nested mappings laid out like a scene file.
+    """A scene from nested mappings with the layout of a scene file.
 
     Parameters
     ----------
     data : mapping
-        Tables and fields; None stands for a field left out.
+        Tables and fields; None for a field left out.
     name : str
-        What to call the scene in errors.
+        Name of the scene in errors.
     check : callable, optional
-        Further limits; applied when every field is in its own range, and kept for `Scene.replace`.
+        Further limits; applied when every field is within its range, and kept for `Scene.replace`.
     problems : sequence of Problem
         Problems already known, to be reported with the others.
 
     Raises
     ------
     SceneError
-        With every problem found.
+        With all problems.
     """
     reading, found = examined(data, problems)
     if not reading.complete:

@@ -1,4 +1,4 @@
-"""Where each field lives: the tables of a scene file and the dataclasses behind them, for every kind of gear pair."""
+"""Schema of a scene file: its tables, their dataclasses and fields, for every kind of gear pair."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from semiwear.scene.tables import Material, Materials, Numerics, Operation, Wear
 from semiwear.untyped import Options, Table, Value
 
 OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in EFFECTS))
-_MOST_TABLES = 200  # looked through for the one that is misspelled
-# These only hold effects: written without any, they would do nothing and look as if they did.
+_MOST_TABLES = 200  # searched for a misspelled one
+# These tables contain only effects; empty, they would have no effect.
 NEVER_EMPTY = ("effects.modification", "effects.wear_law")
 INLINE_TABLES = ("wear.data", "wear.coefficient_mm2_per_N")
 
@@ -38,7 +38,7 @@ _COMMON_TABLES: dict[str, type] = {
     "effects.wear_law": WearLaws,
 } | {f"effects.{name}": table for name, table in EFFECTS.items()}
 # In the order in which a scene is written.
-_WRITTEN = (
+_ORDER = (
     "",
     "gear_pair",
     "material.pinion",
@@ -53,12 +53,12 @@ _WRITTEN = (
 
 
 def parent(key: str) -> str:
-    """The table of a dotted key; the empty string is the top level."""
+    """Table of a dotted key; the empty string is the top level."""
     return key.rpartition(".")[0]
 
 
 def last_of(key: str) -> str:
-    """A dotted key without its table."""
+    """Name of a field or table: its dotted key without the parent."""
     return key.rpartition(".")[2]
 
 
@@ -67,7 +67,7 @@ _WHICH_KIND = 'spur and helical gears are "cylindrical", bevel, hypoid and worm 
 
 @dataclass(frozen=True, eq=False)
 class Schema:
-    """The fields that a scene with one kind of gear pair may hold.
+    """The fields that a scene with one kind of gear pair may have.
 
     Attributes
     ----------
@@ -84,15 +84,15 @@ class Schema:
 
     @cached_property
     def tables(self) -> dict[str, type]:
-        """From dotted names to dataclasses."""
+        """Dataclasses by dotted name."""
         pair, control_point = KINDS[self.kind]
         return {**_COMMON_TABLES, "gear_pair": pair, "wear.control_point": control_point}
 
     @cached_property
     def rules(self) -> dict[str, Rule]:
-        """One rule a field, in the order in which a scene is written."""
+        """Rules by dotted key, in the order in which a scene is written."""
         rules: dict[str, Rule] = {}
-        for name in _WRITTEN:
+        for name in _ORDER:
             rules |= rules_of(self.tables[name], name)
         return rules | {"gear_pair.type": choice(*KINDS, otherwise=_WHICH_KIND)}
 
@@ -103,7 +103,7 @@ class Schema:
 
     @cached_property
     def declared(self) -> Table:
-        """Defaults as the dataclasses declare them, MISSING where there is none."""
+        """Defaults as declared by the dataclasses, MISSING if there is none."""
         by_name = {
             (table, entry.name): entry.default for table, owner in self.tables.items() for entry in fields(owner)
         }
@@ -121,7 +121,7 @@ class Schema:
 
     @cached_property
     def defaults(self) -> Table:
-        """Plain defaults."""
+        """Defaults that do not depend on other fields."""
         without = self.required | self.derived_keys
         return {key: default for key, default in self.declared.items() if key not in without}
 
@@ -132,11 +132,11 @@ class Schema:
         return {table: tuple(key for key in self.rules if parent(key) == table) for table in tables}
 
     def fields_of(self, table: str) -> tuple[str, ...]:
-        """Dotted keys of the values that stand directly in a table."""
+        """Dotted keys of the fields directly in a table."""
         return self._by_table.get(table, ())
 
     def children(self, table: str) -> list[str]:
-        """Dotted keys of all that may stand directly in a table: values, then tables."""
+        """Dotted keys of fields and then tables directly in a table."""
         return [*self.fields_of(table), *(name for name in self.tables if name and parent(name) == table)]
 
 
@@ -145,7 +145,7 @@ SCHEMAS: dict[str, Schema] = {kind: Schema(kind) for kind in KINDS}
 
 
 def schemas_of_data(data: Mapping[str, Value]) -> list[Schema]:
-    """The schemas that nested mappings may mean, right or wrong: by the type, else by the names that fit best."""
+    """Schemas that fit nested mappings, valid or not: by the type, else by the greatest number of known names."""
     pair = data.get("gear_pair")
     if not isinstance(pair, Mapping):
         tables = (name for name, table in data.items() if isinstance(table, Mapping))
@@ -159,7 +159,7 @@ def schemas_of_data(data: Mapping[str, Value]) -> list[Schema]:
 
 
 def schema_of_data(data: Mapping[str, Value]) -> Schema:
-    """The first of the schemas that nested mappings may mean."""
+    """The first schema that fits nested mappings."""
     return schemas_of_data(data)[0]
 
 
@@ -175,9 +175,9 @@ def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection
     ----------
     schema : Schema
     values : mapping
-        Values under their dotted keys; what is left out takes its default.
+        Values under their dotted keys; fields left out have their defaults.
     tables : collection of str
-        The tables that are there: an empty one is an effect too.
+        The tables that are present, of which an empty one may be an effect.
     """
 
     def arguments(table: str) -> Table:
@@ -200,7 +200,7 @@ def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection
         material=Materials(**{body: Material(**arguments(f"material.{body}")) for body in BODIES}),
         operation=Operation(**arguments("operation")),
         wear=wear,
-        # what was given is remembered: an asked accuracy decides the rest
+        # given fields are stored, since `numerics.accuracy` decides the others
         numerics=Numerics(**numerics, _given=frozenset(name for name, value in numerics.items() if value != "auto")),
         effects=Effects(
             modification=Modifications(**present("effects.modification")),
@@ -219,7 +219,7 @@ def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:
     scene : SceneTables
         The scene.
     without_derived : bool
-        Leave out what was left to its derived default.
+        Leave out fields with their derived default.
     """
     nested: Table = {}
     hidden = {f"gear_pair.{name}" for name in scene.gear_pair._derived} if without_derived else set()
@@ -237,7 +237,7 @@ def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:
         table = nested
         for step in path:
             table = table.setdefault(step, {})
-        # Read once more: the constructors accept module_mm=6, and equal scenes must be written alike.
+        # Converted again, since constructors accept module_mm=6 and equal scenes must give equal text.
         table[name] = _plain(rules[key].read(value))
     return nested
 

@@ -45,7 +45,7 @@ __all__ = [
 
 @table
 class Material:
-    """Table ``[material.pinion]`` or ``[material.gear]``: an isotropic elastic body. Default: steel.
+    """Table ``[material.pinion]`` or ``[material.gear]``: an isotropic elastic material. Default: steel.
 
     ``gear = "POM"`` in ``[material]`` is short for ``data = "POM"`` here.
     """
@@ -70,7 +70,7 @@ class Materials:
 
 @table
 class Operation:
-    """Table ``[operation]``: how the pair runs."""
+    """Table ``[operation]``: load and speed."""
 
     pinion_torque_Nm: float = declared(
         positive('give its size; for the other flank set operation.loaded_flank = "coast"', "N m"),
@@ -97,17 +97,16 @@ class WearUntil:
     )
     hours: float | None = declared(
         positive("running time at operation.pinion_speed_rpm", "h"),
-        "Running time, of which operation.pinion_speed_rpm makes meshes: a gear tooth meets one at every turn of the "
-        "gear.",
+        "Running time, converted to meshes with operation.pinion_speed_rpm: one for every revolution of the gear.",
         default=None,
     )
     control_depths_um: tuple[float, ...] | None = declared(
         increasing_depths(),
-        "Wear depths at the control point, increasing; each is a step of the result, taken in parts where either "
-        "body wears far deeper in it than in a usual step. The last one ends the run.",
+        "Wear depths at the control point, increasing; each is a step of the result, divided into parts if either "
+        "body wears far deeper in it than in a usual step. The last depth ends the run.",
         default=None,
     )
-    # Whether the meshes were left to follow from the hours.
+    # whether the meshes follow from the hours
     _derived: bool = field(repr=False, compare=False, default=False)
 
 
@@ -117,11 +116,11 @@ class ControlPoint:
 
     radius_mm: float = declared(
         positive("gear radius of the control point"),
-        "Gear radius; of a point on the pinion, the distance from the gear's axis along the pinion's.",
+        "Gear radius; for a point on the pinion, the distance from the gear's axis along the pinion's axis.",
     )
     height_mm: float = declared(
         any_number(""),
-        "Height above the gear's pitch plane, of a point on the pinion above its pitch cylinder; negative on the "
+        "Height above the gear's pitch plane, for a point on the pinion above its pitch cylinder; negative on the "
         "dedendum.",
     )
     body: str | None = watched_body()
@@ -150,17 +149,17 @@ class Wear:
     until: WearUntil
     worn_bodies: tuple[str, ...] = declared(
         worn_bodies(),
-        "Bodies that wear, the pinion first. Left out: of cylindrical gears both, else the gear, as far as "
+        "Bodies that wear, the pinion first. Left out: both for cylindrical gears, else the gear, as far as "
         "coefficients are given for them; `Scene` fills it in (`default_worn_bodies`).",
         default=(),
     )
     control_point: ControlPoint | CylindricalControlPoint | FlankPointsControlPoint | None = None
-    # Whether the bodies were left to their default.
+    # whether the bodies are the default
     _derived: bool = field(repr=False, compare=False, default=False)
 
     @property
     def watched_body(self) -> str:
-        """Body on whose flank the control point lies: the one that it names, else the gear if it wears."""
+        """Body on whose flank the control point lies: the named body, else the gear if it wears, else the pinion."""
         named = None if self.control_point is None else self.control_point.body
         return named or default_watched_body(self.worn_bodies)
 
@@ -170,7 +169,7 @@ class Wear:
         Raises
         ------
         SceneError
-            Where the scene gives none, as it may for a body that does not wear.
+            If the scene gives none, as is allowed for a body that does not wear.
         """
         if body not in BODIES:
             raise SceneError.of("body", body, one_of(BODIES))
@@ -185,9 +184,9 @@ class Wear:
 
 
 def default_worn_bodies(both: bool, coefficient: object, wear_mapping: object) -> tuple[str, ...]:
-    """Bodies that wear where a scene does not say: both of some kinds of pairs, else the gear.
+    """Bodies that wear if a scene does not give them: both for some kinds of pairs, else the gear.
 
-    Of those, the ones that have a wear coefficient; and the gear alone where the mapping ``"marched"`` asks for it.
+    Only bodies with a wear coefficient are included; the mapping ``"marched"`` allows the gear alone.
 
     Parameters
     ----------
@@ -206,12 +205,12 @@ def default_worn_bodies(both: bool, coefficient: object, wear_mapping: object) -
 
 
 def default_watched_body(worn: tuple[str, ...]) -> str:
-    """Body of a control point that names none."""
+    """Body of a control point for which none is given."""
     return "pinion" if worn == ("pinion",) else "gear"
 
 
 RESOLUTION = ("wear_steps", "roll_positions", "face_slices", "cells_per_half_width", "profile_points", "harmonics")
-"""Fields of `Numerics` that an asked accuracy decides."""
+"""Fields of `Numerics` that are chosen for a requested accuracy."""
 
 
 def _whole_or_auto(most: int) -> Rule:
@@ -224,25 +223,25 @@ class Numerics:
 
     accuracy: float | None = declared(
         between(number, 1e-4, 0.5, "0.02 is usual: 2 % of the greatest value of each kind"),
-        "Error asked for, relative to the greatest value of each kind of quantity: of the fields in `RESOLUTION` "
-        "those that a scene does not give are then chosen for it. Left out: the numbers below.",
+        "Requested error, relative to the greatest value of each kind of quantity: fields in `RESOLUTION` that are "
+        "left out are then chosen for it. Left out: the numbers below.",
         default=None,
     )
     fidelity: str = declared(
         choice("line", "patch"),
-        "Contact model: line loads with Hertz across them, or pressure resolved in two dimensions.",
+        "Contact model: line loads with Hertzian pressure across the line, or pressure resolved in two dimensions.",
         default="line",
     )
     wear_mapping: str = declared(
         choice("interpolated", "marched"),
-        "Few roll positions, interpolated between, or many, summed where wear happens; `marched` needs fidelity "
-        "`patch`, and the gear alone to wear.",
+        "Wear interpolated between few roll positions, or summed over many; `marched` needs fidelity `patch` and "
+        "wear of the gear alone.",
         default="interpolated",
     )
     wear_scheme: str = declared(
         choice("implicit", "two-stage", "explicit"),
-        "How wear steps are taken: `two-stage` is implicit as well; one takes twice the time of a plain one and does "
-        "for two, for more where it wears little; `explicit` is for comparison.",
+        "Time integration of wear: `two-stage` is implicit as well; a step takes twice the time of an `implicit` one "
+        "and replaces two, or more at little wear; `explicit` is for comparison.",
         default="implicit",
     )
     wear_steps: int | str = declared(_whole_or_auto(10_000), "Steps up to `wear.until.meshes`.", default="auto")
@@ -251,14 +250,14 @@ class Numerics:
     )
     peak_positions: int | None = declared(
         between(whole, 8, 10_000, "192 is usual"),
-        "Roll positions per mesh cycle for the amplitude of the transmission error alone: where it may have a peak, "
-        "positions as near to one another as these are solved. Left out: only `roll_positions`, between which peaks "
-        "may lie; where an accuracy is asked for, as many as that takes.",
+        "Roll positions per mesh cycle only for the amplitude of the transmission error: near its possible peaks, "
+        "positions are solved at the spacing of this number. Left out: only `roll_positions`, between which peaks "
+        "may lie; with `accuracy`, as many as it needs.",
         default=None,
     )
     face_slices: int = declared(
         between(whole, 7, 10_000, "61 is usual"),
-        "Slices along the face; some of their borders lie where the roundings of its ends begin.",
+        "Slices along the face; some of their borders are where the roundings of the end edges begin.",
         default=61,
     )
     cells_per_half_width: int = declared(
@@ -283,11 +282,11 @@ class Numerics:
     )
     threads: int | None = declared(
         between(whole, 1, 1024, "leave it out for all cores that the process may use"),
-        "Threads on which a run computes; results are the same for any number. Left out: as many as cores that the "
-        "process may use.",
+        "Number of threads of a run; it does not change results. Left out: the number of cores that the process may "
+        "use.",
         default=None,
     )
-    # Which fields of `RESOLUTION` were given. It matters once an accuracy is asked for, and only then to equality.
+    # given fields of `RESOLUTION`; they matter only with an accuracy, and only then for equality
     _given: frozenset[str] = field(repr=False, compare=False, default=frozenset())
     _kept: frozenset[str] = field(init=False, repr=False, default=frozenset())
 
@@ -299,10 +298,10 @@ class Numerics:
 
     @property
     def chosen_for_accuracy(self) -> tuple[str, ...]:
-        """Fields that the asked accuracy decides; none where none is asked for."""
+        """Fields that are chosen for the requested accuracy; empty without one."""
         return () if self.accuracy is None else tuple(name for name in RESOLUTION if name not in self._given)
 
     @property
     def left_out(self) -> frozenset[str]:
-        """Fields of `RESOLUTION` that were left to their defaults."""
+        """Fields of `RESOLUTION` that were not given."""
         return frozenset(RESOLUTION) - self._given

@@ -1,4 +1,4 @@
-"""TOML text to nested dicts, and back for what a scene holds."""
+"""TOML text to nested dicts, and back for the content of a scene."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ def read_toml(text: str, name: str) -> Table:
     Raises
     ------
     SceneError
-        Where the text is not TOML, with the line.
+        If the text is not TOML; the message gives the line.
     """
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SceneError([_syntax_problem(text, str(error))], name) from None
     except (ValueError, RecursionError) as error:
-        # Not syntax: an integer of thousands of digits, or lists nested without end.
-        what = "shorten it" if isinstance(error, ValueError) else "take the lists apart"
+        # not syntax, but an integer of thousands of digits, or lists nested without end
+        advice = "shorten it" if isinstance(error, ValueError) else "take the lists apart"
         found = "a number of thousands of digits" if isinstance(error, ValueError) else "lists nested without end"
-        problem = Problem("file", found, "TOML with plain values", what)
+        problem = Problem("file", found, "TOML with plain values", advice)
         raise SceneError([problem], name) from None
 
 
 def _syntax_problem(text: str, message: str) -> Problem:
     lines = text.splitlines() or [""]
-    place = re.search(r"at line (\d+)", message)
-    number = min(int(place.group(1)), len(lines)) if place else len(lines)
+    match = re.search(r"at line (\d+)", message)
+    number = min(int(match.group(1)), len(lines)) if match else len(lines)
     line = lines[number - 1].strip()
-    return Problem(f"line {number}", shown(line), "TOML syntax", f"{message}{_likely_fix(line, message)}")
+    return Problem(f"line {number}", shown(line), "TOML syntax", f"{message}{_syntax_advice(line, message)}")
 
 
-def _likely_fix(line: str, message: str) -> str:
-    """Likely meaning of a line that is no TOML."""
+def _syntax_advice(line: str, message: str) -> str:
+    """Probable correction of a line that is not TOML."""
     value = line.partition("=")[2].partition("#")[0].strip()
     if "Unclosed array" in message:
         return "; close the list with ] on this line or on one before"
     if line.startswith("["):
         return "; each table has one header, [name], in a line of its own"
     if "overwrite" in message:
-        return "; the field is there twice: remove one"
+        return "; the field occurs twice: remove one"
     if re.match(r"(\{.*= *)?[-+]?\d+,\d", value):
         return "; write a decimal point, not a comma"
     if re.match(r"[-+.\d]+(e[-+]?\d+)? *[a-zA-Z%°]", value):
@@ -64,7 +64,7 @@ def _likely_fix(line: str, message: str) -> str:
 
 
 def flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    """Fields of nested tables under their dotted keys; an empty table, which may be an effect, stands for itself."""
+    """Fields of nested tables under their dotted keys; an empty table, which may be an effect, is included itself."""
     for name, value in table.items():
         key = f"{path}{name}"
         if isinstance(value, Mapping) and value:
@@ -74,14 +74,14 @@ def flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Valu
 
 
 def write_toml(data: Mapping[str, Value], *, inline: Collection[str] = ()) -> str:
-    """TOML text of nested mappings of text, numbers and flat lists; numbers come back exactly.
+    """TOML text of nested mappings of text, numbers and flat lists; numbers are read back exactly.
 
     Parameters
     ----------
     data : mapping
-        The tables; an empty one is written, since it may mean something to be there.
+        The tables; an empty one is written as well, since it may be an effect.
     inline : collection of str
-        Dotted keys of the mappings that are written in braces, in one line.
+        Dotted keys of the mappings that are written in braces on one line.
     """
     return "\n".join(_table_lines(data, "", inline)).lstrip("\n") + "\n"
 

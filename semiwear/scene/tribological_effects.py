@@ -21,20 +21,20 @@ _TEMPERATURE = "in degrees Celsius: 60 to 120 is usual"
 
 
 def _oil() -> Value:
-    what = "Named oil, which gives the fields of it that are left out; needs oil_temperature_C."
-    return named_data(OILS, what)
+    meaning = "Named oil, which gives its fields that are left out; needs oil_temperature_C."
+    return named_data(OILS, meaning)
 
 
 def _oil_temperature() -> Value:
-    what = "Temperature of the oil where teeth meet, for its viscosity."
-    return declared(between(number, -60.0, 200.0, _TEMPERATURE, "degrees Celsius"), what, default=None)
+    meaning = "Temperature of the oil in the mesh, for its viscosity."
+    return declared(between(number, -60.0, 200.0, _TEMPERATURE, "degrees Celsius"), meaning, default=None)
 
 
 @table
 class Friction(EffectTable):
     """Table ``[effects.friction]``: sliding friction between the flanks.
 
-    Where sliding all but vanishes the flanks stick in part, and the friction force passes through zero continuously.
+    Near zero sliding the contact sticks in part, and the friction force passes through zero continuously.
     """
 
     title: ClassVar[str] = "friction"
@@ -74,7 +74,7 @@ class FlashTemperature(EffectTable):
     title: ClassVar[str] = "flash temperature"
     acts_in: ClassVar[str] = "contact"
     needs: ClassVar[tuple[str, ...]] = (_SPEED,)
-    validity: ClassVar[str] = "heat that does not spread along the face; blok: Peclet numbers above 5"
+    validity: ClassVar[str] = "no heat conduction along the face; blok: Peclet numbers above 5"
     references: ClassVar[tuple[str, ...]] = (
         "Blok 1937, Proc. General Discussion on Lubrication 2, 222-235 (moving band of heat)",
         "Tian and Kennedy 1994, J. Tribology 116, 167-174 (any speed)",
@@ -83,12 +83,12 @@ class FlashTemperature(EffectTable):
     model: str = declared(choice("blok", "tian_kennedy"), "Model of the flash temperature.", default="blok")
     bulk_temperature_C: float = declared(
         between(number, -60.0, 400.0, _TEMPERATURE, "degrees Celsius"),
-        "Temperature of the teeth before they meet.",
+        "Bulk temperature of the teeth before they mesh.",
         default=80.0,
     )
     friction_coefficient: float = declared(
         between(number, 0.0, 1.0, "0.05 is usual with oil; not in per cent"),
-        "Used where the scene has no ``[effects.friction]``.",
+        "Coefficient of friction for the heat if the scene has no ``[effects.friction]``.",
         default=0.05,
     )
     conductivity_W_per_mK: float = declared(

@@ -23,13 +23,13 @@ UNITS = {
     "HV": "HV",
     "hours": "h",
 }
-"""Units as results write them, by the ends of fields' names; an end that holds another one comes first."""
+"""Units as written in results, by the ends of fields' names; longer ends come before those that they contain."""
 
 LIFE_UNITS = ("meshes", "hours", "km")
-"""In what a life may be told: engagements of a gear tooth, running time, sliding of a flank."""
+"""Units of a life: engagements of a gear tooth, running time, sliding distance of a flank."""
 
 
 def unit_of(key: str) -> str:
-    """Unit of a field by its dotted key, as results write it: ``"1"`` for a pure number."""
+    """Unit of a field by its dotted key, as written in results: ``"1"`` for a pure number."""
     name = f"_{key.rpartition('.')[2]}"
     return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "1")

@@ -1,4 +1,4 @@
-"""From what a TOML file or a caller holds to the value that a scene keeps, or the reason why not."""
+"""Conversion of values from a TOML file or a caller to those stored in a scene, or the reason why not."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Unreadable(Exception):
 
 
 def shown(raw: object) -> object:
-    """The value itself where it can be printed in an error message, otherwise a short text about it."""
+    """The value itself if it can be printed in an error message, else a short text about it."""
     try:
         printed = repr(raw)
     except (ValueError, RecursionError):  # integers of thousands of digits, bottomless nesting
@@ -30,12 +30,12 @@ def shown(raw: object) -> object:
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a number; true and false are none."""
+    """Whether a value is a number; true and false are not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Whether a value is a whole number; true and false are none."""
+    """Whether a value is a whole number; true and false are not."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 
@@ -53,20 +53,20 @@ def number(raw: object) -> float:
         value = math.inf
     if not math.isfinite(value):
         raise Unreadable("give a finite number")
-    return value + 0.0  # turns -0.0 into 0.0, so that equal scenes are written alike
+    return value + 0.0  # turns -0.0 into 0.0, so that equal scenes give equal text
 
 
 _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?)\s*([^\d\s.,].{0,20})?\s*", re.ASCII)
 
 
 def meant_number(raw: str) -> str | None:
-    """The number in a text, with a decimal point and without its unit; None where there is none."""
+    """The number in a text, with a decimal point and without its unit; None if there is none."""
     found = _NUMBER_AND_UNIT.fullmatch(raw[:_LONGEST_SHOWN])
     return None if found is None else found[1].replace(",", ".")
 
 
 def _number_in_text(raw: str) -> str:
-    """Advice for a text that stands for a number."""
+    """Advice for a text given instead of a number."""
     if not raw.strip():
         return "it is empty: give a number"
     found = _NUMBER_AND_UNIT.fullmatch(raw[:_LONGEST_SHOWN])
@@ -76,7 +76,7 @@ def _number_in_text(raw: str) -> str:
     if "," in digits:
         return f"give a number with a decimal point: {digits.replace(',', '.')}, without quotes"
     if unit:
-        return f"give {digits}, without the unit {unit.strip()!r}: the field's name says in which unit it is"
+        return f"give {digits}, without the unit {unit.strip()!r}: the unit is in the field's name"
     return f"give {digits}, without quotes"
 
 
@@ -110,7 +110,7 @@ def texts(raw: object) -> tuple[str, ...]:
 
 
 def _items(raw: object, example: str) -> list[object] | tuple[object, ...]:
-    if hasattr(raw, "tolist"):  # an array: sweeps hand them to `Scene.replace`
+    if hasattr(raw, "tolist"):  # an array, as passed to `Scene.replace` by sweeps
         raw = raw.tolist()
     if not isinstance(raw, list | tuple):
         raise Unreadable(f"give a list of {example}")

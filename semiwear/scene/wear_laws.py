@@ -1,6 +1,6 @@
 """Tables under ``[effects.wear_law]``, laws of the wear coefficient; exported by `semiwear.scene.effects`.
 
-The physics of each is the law of the same name in `semiwear.wear.laws`.
+The laws themselves have the same names in `semiwear.wear.laws`.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _HARDNESS = "Vickers hardness: about 700 for a case, 300 to 450 for a core; 60 H
 _TEMPERATURE = "in degrees Celsius: 60 to 120 is usual"
 
 
-def _hardness(what: str, default: float | None) -> Value:
-    return declared(between(number, 50.0, 2000.0, _HARDNESS, "HV"), what, default=default)
+def _hardness(meaning: str, default: float | None) -> Value:
+    return declared(between(number, 50.0, 2000.0, _HARDNESS, "HV"), meaning, default=default)
 
 
 @table
@@ -56,7 +56,7 @@ class HardnessLaw(EffectTable):
 
 @table
 class LubricationLaw(EffectTable):
-    """Table ``[effects.wear_law.lubrication]``: wear falls linearly as the specific film thickness grows."""
+    """Table ``[effects.wear_law.lubrication]``: wear decreases linearly with the lambda ratio."""
 
     title: ClassVar[str] = "wear by oil film"
     acts_in: ClassVar[str] = "wear"
@@ -68,12 +68,12 @@ class LubricationLaw(EffectTable):
 
     boundary_lambda: float = declared(
         above(0.0, 100.0, "film thickness over roughness: 0.5 is usual"),
-        "Film thickness over roughness up to which wear is that of ``[wear]``.",
+        "Film thickness over roughness up to which the wear coefficient is that of ``[wear]``.",
         default=0.5,
     )
     full_film_lambda: float = declared(
         above(0.0, 100.0, "film thickness over roughness: 3 to 4 is usual"),
-        "From here on a film carries all.",
+        "Film thickness over roughness from which the film carries all load.",
         default=4.0,
     )
     strength: float = declared(
@@ -131,7 +131,7 @@ class LoadLaw(EffectTable):
 
 @dataclass(frozen=True, kw_only=True)
 class WearLaws:
-    """Laws of the wear coefficient: tables under ``[effects.wear_law]``; each present one is a factor."""
+    """Laws of the wear coefficient: tables under ``[effects.wear_law]``; each present table is a factor."""
 
     hardness: HardnessLaw | None = None
     lubrication: LubricationLaw | None = None

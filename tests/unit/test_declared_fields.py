@@ -35,7 +35,7 @@ def test_fields_are_declared_or_tables(kind, name, owner):
             assert key not in rules
             continue
         assert key in rules, key
-        said = entry.metadata["what"]
+        said = entry.metadata["meaning"]
         assert said.endswith(".") and len(said) > 5, key
         if name:
             assert f"\n{entry.name} : " in owner.__doc__, key

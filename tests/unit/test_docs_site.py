@@ -38,7 +38,7 @@ def test_every_field_stands_on_its_page_with_unit_default_and_range(kind: str, r
         heads = [entry for entry in entries if entry.startswith(f"`{name}`")]
         assert heads, note.key
         assert note.unit == "1" or any(f"· {note.unit} ·" in head for head in heads), note.key
-        assert f": {note.what} Allowed: {note.allowed}." in entries, note.key
+        assert f": {note.meaning} Allowed: {note.allowed}." in entries, note.key
         assert not table or f"## `[{table}]`" in entries, note.key
 
 

@@ -157,10 +157,10 @@ MALFORMED = {
     "an unknown field": (put("[gear_pair]", "colour = 3\n[gear_pair]"), "colour", "gear_pair", "remove it"),
     "a strange name": (more('"\u2699" = 3'), "numerics.\u2699", "a name of [numerics]", "remove it"),
     # what is missing, too much or in contradiction
-    "nothing": (only(""), "gear_pair.type", '"face_gear"', "say first which kind it is"),
+    "nothing": (only(""), "gear_pair.type", '"face_gear"', "give the kind first"),
     "no torque": (without("pinion_torque_Nm"), "operation.pinion_torque_Nm", "N m", "needed by [operation]: add it"),
     "no coefficient": (without("coefficient_mm2_per_N"), "wear.coefficient_mm2_per_N", "mm2/N", "needed by [wear]"),
-    "no end": (without("control_depths_um"), "wear.until", "one of meshes, hours and control_depths_um", "say where"),
+    "no end": (without("control_depths_um"), "wear.until", "one of meshes, hours and control_depths_um", "add the"),
     "two ends": (put("[wear.until]", "[wear.until]\nmeshes = 1e9"), "wear.until", "exactly one of", "remove one"),
     "no control point": (
         without(r"wear.control_point", "numerics"),

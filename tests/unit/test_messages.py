@@ -162,7 +162,7 @@ def test_a_relief_is_no_longer_than_its_flank(shipped, body):
 def test_without_a_kind_of_pair_no_fields_of_one_are_asked_for():
     for text in ("", "[gear_pair]\npinion_teeth = 20\ngear_teeth = 30\n"):
         told = [str(one) for one in problems_of(parse_scene, text).values()]
-        assert told[0].startswith("gear_pair.type: missing") and "say first which kind it is" in told[0]
+        assert told[0].startswith("gear_pair.type: missing") and "give the kind first" in told[0]
         assert not any("gear_pair" in line for line in told[1:])
     told = problems_of(parse_scene, "[gear_pair]\nnormal_module_mm = 20\n")
     assert told["gear_pair.type"].fix.endswith('add type = "cylindrical"') and "gear_pair.pinion_teeth" in told
