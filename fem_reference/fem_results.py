@@ -39,7 +39,7 @@ def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     """Nodal forces summed across the contact, per length of the line, on the face stations of `/flank` [N/mm]."""
     columns, where = np.unique(found.face, return_inverse=True)
     force = np.bincount(where, weights=found.contact.force)
-    # a column of nodes stands for the elements' halves beside it
+    # a column of nodes represents the elements' halves beside it
     middles = 0.5 * (columns[1:] + columns[:-1])
     borders = np.concatenate([[columns[0]], middles, [columns[-1]]])
     total = np.concatenate([[0.0], np.cumsum(force)])
