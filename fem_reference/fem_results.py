@@ -47,7 +47,7 @@ def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     half = 0.5 * (stations[1] - stations[0])
     ends = np.append(stations - half, stations[-1] + half)
     below = np.interp(ends, borders, total)
-    below[[0, -1]] = 0.0, total[-1]  # what the roundings bear beyond the outermost slices
+    below[[0, -1]] = 0.0, total[-1]  # load on the roundings beyond the outermost slices
     share = np.diff(below)
     # the line is known up to the ends' roundings; slices may lie beyond
     line = make_interp_spline(found.line.face, found.line.position, k=1)

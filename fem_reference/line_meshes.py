@@ -30,7 +30,7 @@ FEWEST_TEETH = 5
 """Teeth in the mesh of a body: fewer leave out some that touch."""
 
 _MASTER = 1.4  # the pinion's candidates reach this much farther than the gear's
-_LEAST_WIDTH = 0.4  # of the widest pair's half-width: what the others are meshed for at least
+_LEAST_WIDTH = 0.4  # of the widest pair's half-width: least half-width for which the others are meshed
 _LIGHT, _LIGHT_WIDTH = 0.1, 0.8  # share of the load below which elements may be larger, and how large in the same way
 _APPROACH = 1.5  # forecast approaches that are allowed for
 _AT_END = 0.08  # of the element length: elements at the ends of a contact are no shorter, however sharp the edge

@@ -47,7 +47,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class FlankMeeting:
-    """Gear flank points and what they find on the pinion's involute.
+    """Gear flank points and the corresponding points of the pinion's involute.
 
     Attributes
     ----------

@@ -134,7 +134,7 @@ class ToothSurface(Protocol):
     """
 
     def __hash__(self) -> int:
-        """Of what it is made from."""
+        """Scene of the body."""
         ...
 
     @property

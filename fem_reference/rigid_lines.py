@@ -23,7 +23,7 @@ from semiwear.scene import Material, Scene
 
 FloatArray = NDArray[np.float64]
 
-_FAR = 1.0  # mm: gaps beyond are alike
+_FAR = 1.0  # mm: greater gaps are not distinguished
 _APPROACH = 14.0  # approach of loaded gear teeth, tooth bending included, times pi E* over the line load: usual value
 _FARTHEST = 3  # neighbours looked at on either side
 
@@ -68,7 +68,7 @@ class RigidLine:
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.position, axis=0), axis=1))])
 
     def half_width(self, rise: FloatArray) -> FloatArray:
-        """Half of what lies less than `rise` (face,) above the valley, in profile coordinates [mm].
+        """Half the width of the part less than `rise` (face,) above the valley, in profile coordinates [mm].
 
         A Hertz contact of line load q closes the gap as far as it rises by 2 q/(pi E*) (Johnson 1985, section 4.2);
         on a ridge left by wear this is narrower than from a mean curvature.
@@ -79,7 +79,7 @@ class RigidLine:
         return np.asarray(0.5 * share.sum(axis=1) * (self.across[:, 1] - self.across[:, 0]))
 
     def farthest(self, rise: FloatArray, middle: FloatArray) -> float:
-        """Greatest distance from `middle` (face,) of what lies less than `rise` (face,) above the valley [mm].
+        """Greatest distance from `middle` (face,) of the part less than `rise` (face,) above the valley [mm].
 
         In profile coordinates; stations without a rise do not count. Between a ridge and the valley beside it a
         worn line jumps; its touching parts can lie to either side of where a fresh one runs.
