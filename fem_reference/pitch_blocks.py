@@ -134,7 +134,7 @@ class ToothSurface(Protocol):
     """
 
     def __hash__(self) -> int:
-        """Scene of the body."""
+        """Hash of the data from which it is made."""
         ...
 
     @property
