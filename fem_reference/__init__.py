@@ -2,8 +2,8 @@
 
 A contact model of several teeth of both bodies that computes pressure, load sharing, root stress, transmission error
 and wear independently of the core. It imports `semiwear.scene`, `semiwear.geometry`, `semiwear.results` and
-`semiwear.errors`; the core never imports it. Its results have the core's names and dims, so that a comparison is a
-subtraction.
+`semiwear.errors`; the core never imports it. Its results have the core's names and dims, so that results can be
+subtracted directly.
 
 `loaded_contact` takes face gears and cylindrical pairs, spur or helical, external or internal; `simulate` (wear) and
 `tooth_influence` take face gears only. Flanks given as points are not meshed.

@@ -1,6 +1,6 @@
 r"""Any body of this package as an input deck for Abaqus or CalculiX.
 
-One flat deck, one static step: nodes and elements of all bodies (numbered on, body after body), materials, node sets,
+One flat deck, one static step: nodes and elements of all bodies (numbered consecutively), materials, node sets,
 element surfaces, contact pairs, held and displaced nodes, nodal forces. "hex8i" becomes C3D8I, "hex20" C3D20; a
 27-node mesh has no counterpart in CalculiX. Lengths mm, forces N, stress MPa.
 
@@ -14,7 +14,7 @@ For instance the face gear of a scene under a pressure on one tooth::
               boundary=[("back", 1, 3, 0.0)], forces={"gear": load})
 
 Source: CalculiX CrunchiX user's manual, 2.20, sections 6.2 (elements) and 7 (input deck). Abaqus reads the same
-keywords, though it may want its contact law and output requests changed.
+keywords; its contact law and output requests may need changes.
 """
 
 from __future__ import annotations
@@ -162,8 +162,8 @@ def _abaqus_order(body: ElasticBody) -> IntArray:
         places = np.vstack([2 * _CORNERS, [_CORNERS[a] + _CORNERS[b] for a, b in _EDGES]]) / 2
     own = np.asarray(ELEMENTS[body.element].element.doflocs)
 
-    def order(wanted: FloatArray) -> IntArray:
-        return np.array([int(np.argmin(np.abs(own - place).sum(axis=1))) for place in wanted])
+    def order(points: FloatArray) -> IntArray:
+        return np.array([int(np.argmin(np.abs(own - point).sum(axis=1))) for point in points])
 
     right, mirrored = order(places), order(places * (1, 1, -1) + (0, 0, 1))
     corners = body.points[body.elements[:, right[:8]]]

@@ -57,10 +57,10 @@ def solve_complementarity(
     gap : (n,) array [mm]
         Before loading; may be negative.
     lever : (n,) array [mm]
-        How much a unit rotation closes the gap; 1 for an approach instead of a rotation.
+        Closing of the gap per unit rotation; 1 for an approach instead of a rotation.
     torque : float [N mm, or N when the lever is 1]
     start : (n,) bool array, optional
-        Active set to begin with, such as that of the last roll position.
+        Initial active set, for example that of the previous roll position.
     max_iterations : int
         Active sets tried.
 
@@ -95,7 +95,7 @@ def solve_complementarity(
 
 
 def _check(compliance: FloatArray, gap: FloatArray, lever: FloatArray, torque: float) -> None:
-    """Refuse what would give silent nonsense."""
+    """Refuse invalid input that would give wrong results without an error."""
     if not (np.isfinite(torque) and torque > 0.0):
         raise SceneError.of("torque", torque, "> 0", "the torque presses the flanks together; turn its sign")
     for name, values in (("gap", gap), ("lever", lever), ("compliance", compliance)):

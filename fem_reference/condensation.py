@@ -28,10 +28,10 @@ class SupportedBody:
     stiffness : (n, n) sparse array [N/mm]
         Of the free body, as `fem_reference.elasticity.ElasticBody.stiffness`.
     held : int array
-        Unknowns whose displacement is given (zero, if nothing else is said).
+        Unknowns with prescribed displacement (zero by default).
     points : (n / 3, 3) array, optional [mm]
-        Places of the nodes, three unknowns each. With them the compliance comes from substructures, which takes a
-        third of the time of a factor and its solutions for all loads.
+        Coordinates of the nodes, three unknowns each. With them the compliance comes from substructures, which takes
+        a third of the time of a factor and its solutions for all loads.
 
     Attributes
     ----------

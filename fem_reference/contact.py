@@ -1,7 +1,7 @@
-"""Contact of elastic bodies: mortar, condensation and active set put together for any number of surface pairs.
+"""Contact of elastic bodies: mortar, condensation and active set combined for any number of surface pairs.
 
-`condense` does what depends on the meshes alone and `CondensedContact.solve` the rest, in milliseconds: other
-torques, wear depths and levers on the same meshes cost next to nothing. `solve_contact` is both at once.
+`condense` does the part that depends on the meshes alone and `CondensedContact.solve` the rest, in milliseconds:
+other torques, wear depths and levers on the same meshes cost little. `solve_contact` does both.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FULL_COVER = 0.98
-"""Covered share of the facets about a node from which on it does not hang over the other surface."""
+"""Covered fraction of the facets about a node above which it does not overhang the other surface."""
 
 
 class ContactMeshError(SemiwearError, RuntimeError):
-    """A contact that its mesh cannot carry: it reaches the end of the candidates, or too few nodes span it."""
+    """A contact that its mesh cannot resolve: it reaches the end of the candidates, or too few nodes span it."""
 
 
 @dataclass(frozen=True)
 class ContactPair:
-    """Two surfaces that may touch.
+    """Two surfaces that may come into contact.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class ContactPair:
     master : Surface
     gap : function, array or None [mm]
         Distance along the normal before loading, wear included, as values at all nodes of the slave body or as a
-        function of (q, 3) positions on its facets (see `Mortar.average`); None takes the meshes as they lie.
+        function of (q, 3) positions on its facets (see `Mortar.average`); None takes the distance of the meshes.
     lever : function, array or float [mm]
-        How much a unit rotation closes the gap; the default 1 makes the rotation an approach and the torque a force.
+        Closing of the gap per unit rotation; the default 1 makes the rotation an approach and the torque a force.
     normals : (n, 3) array, optional
         Unit normals at all nodes of the slave body, outward.
     reach : float, optional [mm]
@@ -71,7 +71,7 @@ class PairContact:
     nodes : (k,) int array
         Nodes of the slave body.
     pressure : (k,) array [MPa]
-        Force over area; at nodes that hang over half off the master together with their neighbours.
+        Force over area; for nodes more than half beyond the master together with their neighbours.
     force : (k,) array [N]
         Presses the slave along minus its normal.
     gap : (k,) array [mm]
@@ -80,7 +80,7 @@ class PairContact:
     on_edge : (k,) bool array
         On a real edge of the slave, or over the border of the master.
     nodes_across : int
-        Nodes in contact where the contact is widest, in the direction in which they are fewest.
+        Nodes in contact where the contact is widest, in the direction with the fewest.
     borders : tuple of str
         Borders that the contact reaches: ``"<body>: candidates"`` where the candidates end but the body goes on.
     edges : tuple of str
@@ -154,7 +154,7 @@ class ContactSolution:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """Reasons not to trust the pressures of the loaded pairs, in words; empty when all is well."""
+        """Messages on unreliable pressures of the loaded pairs; empty if there are none."""
         return self._problems(0.0)
 
     def _problems(self, least_share: float) -> tuple[str, ...]:
@@ -173,7 +173,7 @@ class ContactSolution:
         return tuple(found)
 
     def require_resolved(self, least_share: float = 0.0) -> ContactSolution:
-        """Itself.
+        """The solution itself, checked.
 
         Parameters
         ----------
@@ -273,7 +273,7 @@ def condense(bodies: Mapping[str, SupportedBody], pairs: Sequence[ContactPair]) 
     ----------
     bodies : mapping of str to SupportedBody
     pairs : sequence of ContactPair
-        They may share bodies: then they feel one another. A surface with body None is rigid.
+        Pairs that share bodies are coupled. A surface with body None is rigid.
     """
     for surface in (surface for pair in pairs for surface in (pair.slave, pair.master)):
         if surface.body is not None and surface.body not in bodies:
@@ -329,7 +329,7 @@ def solve_contact(
 def _report(pair: ContactPair, mortar: Mortar, force: FloatArray, gap: FloatArray, active: BoolArray) -> PairContact:
     """Contact of a pair, with the borders and edges that it reaches."""
     touching = mortar.nodes[active]
-    # a slave node that hangs over the border of the master sees the nodes there
+    # a slave node that overhangs the border of the master is coupled to the nodes there
     hanging = mortar.covered < FULL_COVER
     seen = np.unique(mortar.transfer[active & hanging].indices)
     names = [
@@ -354,7 +354,7 @@ def _report(pair: ContactPair, mortar: Mortar, force: FloatArray, gap: FloatArra
 
 
 def _nodes_across(surface: Surface, touching: IntArray) -> int:
-    """Nodes across a contact: peel off the nodes beside a free one until none is left; each peel takes two."""
+    """Nodes across a contact: remove the nodes beside a free one until none remains; each layer counts as two."""
     across, inside = 0, np.zeros(len(surface.points))
     inside[touching] = 1.0
     beside = surface.neighbours.astype(bool).astype(float)

@@ -101,7 +101,7 @@ def cylindrical_mesh(
     module : float
         Normal module, which gives the element sizes unless `divisions` does [mm].
     teeth : int, optional
-        Mesh a sector of so many teeth with free cut planes; default the whole ring.
+        Number of teeth of a sector with free cut planes; default the whole ring.
     explicit : int, optional
         Of the whole ring (no `teeth` given), teeth on either side of tooth 0 that are in the mesh; the others, which
         carry no load, are condensed (`ToothMesh.rest`). Default all. Refined teeth, and what lies between them,
@@ -119,9 +119,9 @@ def cylindrical_mesh(
     members = range(-((count - 1) // 2), count // 2 + 1)
     missing, turn = 0, None
     if explicit is not None and teeth is None:
-        wanted = [-explicit, explicit, *(refinements or {}), *detailed]
-        if max(wanted) - min(wanted) + 1 < whole:
-            members = range(min(wanted), max(wanted) + 1)
+        meshed = [-explicit, explicit, *(refinements or {}), *detailed]
+        if max(meshed) - min(meshed) + 1 < whole:
+            members = range(min(meshed), max(meshed) + 1)
             missing = whole - len(members)
             turn = Rotation.from_rotvec([0.0, 0.0, surface.own.facing * 2.0 * pi / whole]).as_matrix()
     divisions = divisions or Divisions.of_module(module)

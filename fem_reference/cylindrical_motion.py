@@ -1,4 +1,4 @@
-r"""A cylindrical pair in motion: where both bodies stand at a roll position, and how their flanks part and slide.
+r"""A cylindrical pair in motion: position of both bodies at a roll position, gap and sliding of their flanks.
 
 Written from `semiwear.geometry` alone, without the core's `semiwear.meshing`. Fixed frame: the origin on the pinion's
 axis in the middle of the gear's face, z along both axes, the pitch point at (0, -r_w1, 0), the gear's axis at
@@ -158,7 +158,7 @@ class CylindricalMotion:
         return Pose(Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix(), centre)
 
     def pinion_pose(self, roll: float) -> Pose:
-        """The pinion at a roll position, displaced as the placement says."""
+        """The pinion at a roll position, displaced by the placement."""
         turn = -self._at_pitch(self.pinion) - 2.0 * pi / self.pinion_teeth * roll
         moved, shift = self._displacement
         return Pose(moved @ Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix(), shift)
@@ -194,7 +194,7 @@ class CylindricalMotion:
         return FlankMeeting(gap, position, gear.vectors(normals), self.pinion.profile_from_roll(unwound), z)
 
     def edge_insets(self, face: ArrayLike) -> EdgeInsets:
-        """How far before the nominal tips their roundings begin [mm]."""
+        """Distance from the nominal tips at which their roundings begin [mm]."""
         table = self.table
         pinion, gear = (tan(0.25 * pi - 0.5 * atan(f.tooth.tip_roll_angle)) for f in (self.pinion, self.gear))
         return EdgeInsets(
@@ -207,7 +207,7 @@ class CylindricalMotion:
         return rounded(self, face, profile, met)
 
     def sliding(self, position: FloatArray) -> FloatArray:
-        """Velocity of the pinion less that of the gear at fixed-frame points [mm per radian of the pinion]."""
+        """Velocity of the pinion minus that of the gear at fixed-frame points [mm per radian of the pinion]."""
         turn, shift = self._displacement
         pinion = np.cross(turn @ np.array([0.0, 0.0, -1.0]), position - shift)
         centre = self.gear_pose(0.0).shift

@@ -65,8 +65,8 @@ def line_pressures(found: PairResult, pair: PairMotion, fresh: RigidFlank) -> Fl
     stations = face_stations(pair)
     result = np.stack([np.interp(stations, columns, values, left=0.0, right=0.0) for values in at_columns.T], axis=1)
     held = result.sum(axis=1) * (offsets[1] - offsets[0]) * np.interp(stations, line.face, line.spacing)
-    wanted = line_load(found, pair)
-    return result * np.where(held > 0.0, wanted / np.where(held > 0.0, held, 1.0), 0.0)[:, None]
+    exact = line_load(found, pair)
+    return result * np.where(held > 0.0, exact / np.where(held > 0.0, held, 1.0), 0.0)[:, None]
 
 
 def by_roll(
@@ -74,7 +74,7 @@ def by_roll(
 ) -> tuple[FloatArray, FloatArray]:
     """Roll positions of all pairs of a mesh cycle, growing, and their (roll, face, offset) pressures [MPa].
 
-    Pairs that were not looked at carry nothing; one such position is added before the first and after the last.
+    Pairs without a solution carry no load; one such position is added before the first and after the last.
     """
     pair = fresh.pair
     numbers = sorted({j for result in solved for j in result.pairs})
@@ -111,7 +111,7 @@ class _Track:
         return 2.0 * pi / self.fresh.pair.pinion_teeth * rolls
 
     def at(self, roll: float) -> tuple[tuple[IntArray, IntArray], IntArray, FloatArray, FloatArray]:
-        """Points (profile, face) beside the line, offset below each and the way to the next, sliding per radian."""
+        """Points (profile, face) beside the line, offset below each, fraction to the next, sliding per radian."""
         pair, line = self.fresh.pair, self.fresh.line(roll)
         offset = self.profile - np.interp(self.face, line.face, line.profile)
         held = line_offsets(pair)
@@ -134,7 +134,7 @@ class Deposit:
     profile : (P, F) array [mm]
         Grid of `/flank`.
     operator : (P F, rolls F offsets) sparse array [mm]
-        Sliding distance with which each pressure counts at each point.
+        Sliding distance that multiplies each pressure at each point.
     """
 
     face: FloatArray
@@ -145,7 +145,7 @@ class Deposit:
     def of(
         cls, fresh: RigidFlank, rolls: FloatArray, loaded: NDArray[np.bool_] | None = None, *, steps: int = _STEPS
     ) -> Deposit:
-        """For pressures at these growing roll positions, of which only `loaded` ones ever differ from zero."""
+        """For pressures at these growing roll positions, which are zero except at the `loaded` ones."""
         track = _Track.of(fresh)
         (points, stations), offsets = track.profile.shape, len(line_offsets(fresh.pair))
         rows, columns, values = [], [], []
@@ -170,10 +170,10 @@ class Deposit:
 
 
 def marched(fresh: RigidFlank, rolls: FloatArray, pressures: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """The same sum over one short stretch, roll position by roll position, nothing carried on between them.
+    """The same sum over a short range, roll position by roll position, without interpolation between them.
 
     A check of `Deposit`, after Park, Kolivand, Kahraman 2012 (Mech. Mach. Theory): with steps of a fifth of the
-    contact's half-width and less it is the integral.
+    contact's half-width or less it equals the integral.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def marched(fresh: RigidFlank, rolls: FloatArray, pressures: FloatArray) -> tupl
     rolls : (K,) array
         Even steps.
     pressures : (K, face, offset) array [MPa]
-        As `line_pressures` gives them.
+        From `line_pressures`.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""The order in which the nodes of a body are eliminated: halved again and again, separators last.
+"""Nested dissection: elimination order of the nodes of a body by repeated bisection, separators last.
 
-Between two halves of the nodes stands a separator, which touches both. Halves that do not touch are eliminated each
-by itself. Planes are tried across several directions and at several places: teeth on a rim part best at the rim
-between them, not in the middle of a fine patch.
+A separator, connected to both halves of the nodes, lies between them. The halves are not connected and are eliminated
+independently. Planes are tried in several directions and at several positions: teeth on a rim are best separated at
+the rim between them, not in the middle of a fine patch.
 
 Source: George, SIAM J. Numer. Anal. 10 (1973) 345.
 """
@@ -19,10 +19,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LEAST = 80
-"""Nodes of a part that is not halved any more."""
+"""Nodes of a part that is not divided further."""
 
-_OUTER = 0.2  # least share of the nodes below a plane, and above it
-_BALANCE = 1.0 / 3.0  # exponent by which a small half counts against a small separator
+_OUTER = 0.2  # least fraction of the nodes below a plane, and above it
+_BALANCE = 1.0 / 3.0  # exponent that weighs the size of the smaller half against that of the separator
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Dissection:
     ends : (parts + 1,) int array
         Part k is ``order[ends[k]:ends[k + 1]]`` and comes after all below it.
     below : tuple of tuples of int
-        The parts just below each part; the last part stands above all others.
+        The parts directly below each part; the last part is above all others.
     """
 
     order: IntArray
@@ -49,7 +49,7 @@ class Dissection:
         Parameters
         ----------
         graph : (n, n) sparse array
-            Entries where two nodes touch, symmetric.
+            Entries where two nodes are connected, symmetric.
         points : (n, 3) array [mm]
         """
         parts: list[IntArray] = []
@@ -70,7 +70,7 @@ class Dissection:
 
 
 def _cut(graph: csr_matrix, points: FloatArray) -> tuple[IntArray, IntArray, IntArray] | None:
-    """Numbers of the nodes below and above the best plane, and of the separator; None where no plane parts them."""
+    """Numbers of the nodes below and above the best plane, and of the separator; None if no plane separates them."""
     count = len(points)
     _, principal = np.linalg.eigh(np.cov(points.T))
     outer = int(_OUTER * count)
@@ -78,7 +78,7 @@ def _cut(graph: csr_matrix, points: FloatArray) -> tuple[IntArray, IntArray, Int
     least, found, rank = np.inf, None, np.empty(count, dtype=np.int64)
     for direction in (*np.eye(3), *principal.T):
         rank[np.argsort(points @ direction, kind="stable")] = np.arange(count)
-        # a node stands at a plane if it has a neighbour beyond
+        # a node lies at a plane if it has a neighbour beyond
         beside = rank[graph.indices]
         for reach, behind in ((np.maximum, False), (np.minimum, True)):
             farthest = reach.reduceat(beside, graph.indptr[:-1])
@@ -94,5 +94,5 @@ def _cut(graph: csr_matrix, points: FloatArray) -> tuple[IntArray, IntArray, Int
                 found = low & ~between, ~low & ~between, between
     if found is None:
         return None
-    first, second, third = (np.flatnonzero(one) for one in found)
+    first, second, third = (np.flatnonzero(part) for part in found)
     return first, second, third

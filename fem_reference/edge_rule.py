@@ -1,14 +1,14 @@
-r"""Which pressures count as an edge's: the rule of the result variable `contact_pressure_max_edge`, for both judges.
+r"""Classification of edge pressures: the rule of the result variable `contact_pressure_max_edge`.
 
-The reference length is the half-width b of the Hertz ellipse with the whole torque on one fresh pair at the pitch
+The reference length is the half-width b of the Hertz ellipse with the whole torque on one unworn pair at the pitch
 point. A pressure counts as at the border
 
-* nearer than 2 b, across the contact line, to where the slice of either flank ends: the tips' roundings, the fillets;
+* nearer than 2 b, across the contact line, to the end of the slice on either flank: the tips' roundings, the fillets;
 * nearer than 2 b to the roundings at the ends of either flank's face;
-* in a slice nearer than 12 b, along the line, to one in which the first rule's part is pressed harder than the rest:
-  an edge that is pressed carries load that its neighbours miss.
+* in a slice nearer than 12 b, along the line, to one with a higher pressure at the border than elsewhere:
+  a loaded edge relieves its neighbours.
 
-It is the rule of `semiwear.contact.loaded_teeth`, written again from this side's own geometry; a test holds that
+It is the rule of `semiwear.contact.loaded_teeth`, written independently from the geometry here; a test checks that
 both agree.
 """
 
@@ -31,13 +31,13 @@ BoolArray = NDArray[np.bool_]
 _ACROSS = 2.0  # reference half-widths from an edge
 _ALONG = 12.0  # reference half-widths along the line from a slice whose edge presses
 _STEP = 0.016  # modules, of the differences that give curvatures
-_FLAT = 1e-5  # of the curvature across the line: what is flatter along it touches along a line
+_FLAT = 1e-5  # of the curvature across the line: with less curvature along it, contact is along a line
 
 
 def reference_half_width(pair: PairMotion) -> float:
-    """Small half-axis of the contact ellipse at the pitch point, whole torque on one fresh, aligned pair [mm].
+    """Minor half-axis of the contact ellipse at the pitch point, whole torque on one unworn, aligned pair [mm].
 
-    Half the width of a line contact over the whole face where flanks touch along lines.
+    Half the width of a line contact over the whole face where contact is along lines.
 
     Source: Johnson 1985, *Contact Mechanics*, equations 4.26 to 4.32 and 4.43.
     """
@@ -91,7 +91,7 @@ def beside_edges(
     pinion_profile: FloatArray,
     pressure: FloatArray,
 ) -> BoolArray:
-    """Places whose pressure counts as an edge's.
+    """Points whose pressure counts as an edge pressure.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def beside_edges(
     line : RigidLine
         Of the pair at the roll position.
     face, profile, pinion_face, pinion_profile, pressure : (k,) arrays [mm], [MPa]
-        Places on both flanks; equal `face` means the same slice.
+        Points on both flanks; equal `face` means the same slice.
     """
     margin, inset = _ACROSS * half_width, pair.edge_insets(face)
     spacing = np.interp(face, line.face, line.spacing)

@@ -130,7 +130,7 @@ class ElasticBody:
             ``"nodes"``: extrapolated from the 2 x 2 x 2 Gauss points and averaged over the elements of a node;
             ``"gauss"``: at the 2 x 2 x 2 Gauss points of each element, see `gauss_points`.
         nodes : array of int, optional
-            Displacement nodes at which it is wanted; default all.
+            Displacement nodes; default all.
 
         Returns
         -------
@@ -141,8 +141,8 @@ class ElasticBody:
             raise ValueError(f"points_on must be 'nodes' or 'gauss', not {points_on!r}")
         columns = displacement.shape[1:]
         if points_on == "nodes":
-            wanted = np.arange(len(self.points)) if nodes is None else np.asarray(nodes)
-            return np.asarray((self.stress_operator(wanted) @ displacement).reshape(len(wanted), 6, *columns))
+            chosen = np.arange(len(self.points)) if nodes is None else np.asarray(nodes)
+            return np.asarray((self.stress_operator(chosen) @ displacement).reshape(len(chosen), 6, *columns))
         result = np.empty((len(self.elements), 8, 6, *columns))
         for start in range(0, len(self.elements), _BATCH):
             part = slice(start, start + _BATCH)
@@ -158,9 +158,9 @@ class ElasticBody:
 
     def stress_operator(self, nodes: IntArray) -> csr_matrix:
         """Matrix that turns a displacement into the nodal stress at some nodes: (6 nodes, 3 n) [MPa/mm]."""
-        wanted, back = np.unique(nodes, return_inverse=True)
+        chosen, back = np.unique(nodes, return_inverse=True)
         row_of = np.full(len(self.points), -1, dtype=np.int64)
-        row_of[wanted] = np.arange(len(wanted))
+        row_of[chosen] = np.arange(len(chosen))
         touching = np.flatnonzero((row_of[self.elements] >= 0).any(axis=1))
         to_nodes = _trilinear(_local_nodes(self._kind.element), _gauss(3)[0])
         share = np.bincount(self.elements.ravel(), minlength=len(self.points))
@@ -176,7 +176,7 @@ class ElasticBody:
             columns.append(np.broadcast_to(unknowns[:, None, :], block.shape).ravel())
             values.append(block.ravel())
         triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        once = coo_matrix(triplets, shape=(6 * len(wanted), self.points.size)).tocsr()
+        once = coo_matrix(triplets, shape=(6 * len(chosen), self.points.size)).tocsr()
         return once[(6 * back[:, None] + np.arange(6)).ravel()]
 
     # --- inside ------------------------------------------------------------------------------------------------
@@ -254,7 +254,7 @@ def _reference_gradients(element: Element, points: FloatArray) -> FloatArray:
 
 
 def _trilinear(at: FloatArray, through: FloatArray) -> FloatArray:
-    """Weights (p, 8) that carry values at eight points `through` (3, 8) on to points `at` (p, 3), trilinearly."""
+    """Weights (p, 8) of the trilinear extrapolation from eight points `through` (3, 8) to points `at` (p, 3)."""
 
     def terms(x: FloatArray) -> FloatArray:
         return np.stack([x[0] ** i * x[1] ** j * x[2] ** k for i in (0, 1) for j in (0, 1) for k in (0, 1)], axis=1)

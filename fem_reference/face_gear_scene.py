@@ -1,4 +1,4 @@
-"""The table of a face gear pair, where nothing else will do."""
+"""The table of a face gear pair, for the parts that take no other kind."""
 
 from __future__ import annotations
 
@@ -20,6 +20,6 @@ def face_gear_pair(scene: Scene) -> FaceGearPair:
             "gear_pair.type",
             pair.type,
             '"face_gear"',
-            "this part of the finite elements knows face gears only; loaded_contact takes cylindrical pairs too",
+            "this part of the finite elements takes face gears only; loaded_contact takes cylindrical pairs too",
         )
     return pair

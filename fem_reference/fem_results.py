@@ -39,7 +39,7 @@ def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     """Nodal forces summed across the contact, per length of the line, on the face stations of `/flank` [N/mm]."""
     columns, where = np.unique(found.face, return_inverse=True)
     force = np.bincount(where, weights=found.contact.force)
-    # a column of nodes stands for the elements' halves beside it
+    # a column of nodes represents the elements' halves beside it
     middles = 0.5 * (columns[1:] + columns[:-1])
     borders = np.concatenate([[columns[0]], middles, [columns[-1]]])
     total = np.concatenate([[0.0], np.cumsum(force)])
@@ -47,7 +47,7 @@ def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     half = 0.5 * (stations[1] - stations[0])
     ends = np.append(stations - half, stations[-1] + half)
     below = np.interp(ends, borders, total)
-    below[[0, -1]] = 0.0, total[-1]  # what the roundings bear beyond the outermost slices
+    below[[0, -1]] = 0.0, total[-1]  # load on the roundings beyond the outermost slices
     share = np.diff(below)
     # the line is known up to the ends' roundings; slices may lie beyond
     line = make_interp_spline(found.line.face, found.line.position, k=1)

@@ -32,16 +32,16 @@ class MeshError(SemiwearError, ValueError):
 
 
 def equal_shares(low: float, high: float, size: Callable[[FloatArray], FloatArray], count: int = 0) -> FloatArray:
-    """Element corners between two ends, spaced in proportion to a wanted element size.
+    """Element corners between two ends, spaced in proportion to a target element size.
 
     Parameters
     ----------
     low, high : float
         Ends of the interval [mm].
     size : function
-        Wanted element size at coordinates [mm].
+        Target element size at coordinates [mm].
     count : int
-        Number of elements, when it must agree with that of another interval; never fewer than the size asks for.
+        Number of elements, when it must agree with that of another interval; at least the number from the size.
 
     Returns
     -------

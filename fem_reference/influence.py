@@ -6,12 +6,12 @@ moves the teeth around by and stresses their fillets with
     deflection[body, tooth_offset, i, k, h, s] P   [mm]     at height i and station k of the same grid on that tooth
     root_stress[body, tooth_offset, a, k, h, s] P  [MPa]    at fillet point a and station k, tangential
 
-The dent under the load is left out, as in the core's prisms: deflection is that of the tooth's middle surface, at the
-point that the inward normal of the observer meets in its section, along that normal. It is made reciprocal (load and
-observer exchanged, tooth offset turned), and `asymmetry` says how much that changed.
+Local deflection under the load is left out, as in the core's prisms: deflection is that of the tooth's middle
+surface, at its intersection with the inward normal of the observer in its section, along that normal. It is
+symmetrised (load and observer exchanged, tooth offset reversed); `asymmetry` is the change.
 
 Loads fall linearly from their station to the next ones, so that a line load is their smooth sum: a point force a
-millimetre above the fillet leaves a peak that stations 5 mm apart would smear to a multiple.
+millimetre above the fillet causes a peak that stations 5 mm apart would spread to a multiple of its load.
 
 Layout of the dataset, all grids per body:
 
@@ -47,7 +47,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 OFFSETS = (-2, -1, 0, 1, 2)
-"""Teeth observed; +1 is the neighbour on the side that the loaded flank faces."""
+"""Observed teeth; +1 is the neighbour on the side that the loaded flank faces."""
 
 _LOADS_AT_ONCE = 32
 _TOWARDS_FILLET = 1.6  # exponent by which load heights spread out from the fillet to the tip
@@ -267,17 +267,17 @@ def _face_direction(mesh: ToothMesh, tooth: int, column: int) -> FloatArray:
 
 def _stress_operator(body: ElasticBody, mesh: ToothMesh, tooth: int, every: int) -> csr_matrix:
     """Matrix to the fillet stress of a tooth at the fillet points of tooth 0, at the load stations."""
-    own, wanted = mesh.fillets[tooth, LOADED].arc[:, ::2], mesh.fillets[0, LOADED].arc[:, ::2]
+    own, target = mesh.fillets[tooth, LOADED].arc[:, ::2], mesh.fillets[0, LOADED].arc[:, ::2]
     operator = fillet_operator(body, mesh, tooth=tooth)
     points, stations = own.shape
     parts = []
     for k in range(0, stations, every):
         rows = operator[np.arange(points) * stations + k]
-        if own.shape != wanted.shape:
-            rows = csr_matrix(make_interp_spline(own[:, k], np.eye(points), k=3)(wanted[:, k])) @ rows
+        if own.shape != target.shape:
+            rows = csr_matrix(make_interp_spline(own[:, k], np.eye(points), k=3)(target[:, k])) @ rows
         parts.append(rows.tocoo())
     # rows of each station -> (fillet point, station)
-    count = wanted.shape[0]
+    count = target.shape[0]
     row = np.concatenate([part.row * len(parts) + k for k, part in enumerate(parts)])
     column = np.concatenate([part.col for part in parts])
     value = np.concatenate([part.data for part in parts])

@@ -1,8 +1,8 @@
 r"""Flank and fillet of a spur or helical involute tooth, external or internal, in the body's own frame.
 
 The axis is z; tooth 0 is centred on -y at z = 0. Polar angles count from -y, positive towards +x. A tooth that points
-outwards bears its load on the -x side, one that points inwards on the +x side, so that the two meet a pinion's. The
-sections of a helical body are all alike and turned by a constant angle for each mm of z. The profile coordinate is
+outwards bears its load on the -x side, one that points inwards on the +x side, so that both mesh with a pinion. The
+sections of a helical body are all equal and turned by a constant angle per mm of z. The profile coordinate is
 the length of the transverse involute from the working pitch circle, positive towards the tip.
 
 The fillet of an external tooth is the envelope of the rounding of the rack's crest, a circle normal to the teeth and

@@ -1,6 +1,6 @@
-r"""Where both bodies of a face gear pair stand at a roll position, and how their true flanks part and slide there.
+r"""A face gear pair in motion: position of both bodies at a roll position, gap and sliding of their true flanks.
 
-Written from `semiwear.geometry` alone, without the core's `semiwear.meshing`, so that a mistake in either shows.
+Written from `semiwear.geometry` alone, without the core's `semiwear.meshing`, so that an error in either is detected.
 Frames and signs are those of docs/frame.svg:
 
 * gear and pinion have frames of their own, in which their meshes lie (`face_gear_mesh`, `pinion_mesh`);
@@ -147,7 +147,7 @@ class PairKinematics:
         return Pose(Rotation.from_rotvec([0.0, angle, 0.0]).as_matrix(), np.zeros(3))
 
     def pinion_pose(self, roll: float) -> Pose:
-        """The pinion at a roll position, displaced as the placement says."""
+        """The pinion at a roll position, displaced by the placement."""
         about_axis = Rotation.from_rotvec([0.0, 0.0, float(self.pinion_angle(roll))]).as_matrix()
         turn, shift = self._displacement
         return Pose(turn @ about_axis, turn @ self._pinion_centre + shift)
@@ -211,7 +211,7 @@ class PairKinematics:
         return gap, self.pinion.profile_from_roll(unwound), z
 
     def edge_insets(self, face: ArrayLike) -> EdgeInsets:
-        """How far before the nominal tips their roundings begin, at gear radii [mm]."""
+        """Distance from the nominal tips at which their roundings begin, at gear radii [mm]."""
         table = face_gear_pair(self.scene)
         tip = self.gear.tip_profile(np.asarray(face, float))
         gear_turn = 0.5 * pi - self.gear.generation_angle(np.asarray(face, float), tip)
@@ -228,7 +228,7 @@ class PairKinematics:
     # --- speeds ----------------------------------------------------------------------------------------------
 
     def sliding(self, position: FloatArray) -> FloatArray:
-        """Velocity of the pinion less that of the gear at fixed-frame points [mm per radian of the pinion]."""
+        """Velocity of the pinion minus that of the gear at fixed-frame points [mm per radian of the pinion]."""
         turn, shift = self._displacement
         centre = turn @ self._pinion_centre + shift
         pinion = np.cross(turn @ np.array([0.0, 0.0, -1.0]), position - centre)
@@ -236,7 +236,7 @@ class PairKinematics:
 
 
 def face_gear_motion(pair: PairMotion) -> PairKinematics:
-    """The pair, where only that of a face gear will do.
+    """The pair, which must be that of a face gear.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Meshes of both bodies whose refined patches follow the contact lines, and the surfaces on them that may touch."""
+"""Meshes of both bodies whose refined patches follow the contact lines, and their candidate contact surfaces."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 WORN_FLANK = ("gap", "moved_nodes")
-"""How wear enters: as a gap over the fresh mesh, or by nodes moved along their normals."""
+"""Treatment of wear: as a gap over the unworn mesh, or by nodes moved along their normals."""
 
 FEWEST_TEETH = 5
 """Teeth in the mesh of a body: fewer leave out some that touch."""
 
 _MASTER = 1.4  # the pinion's candidates reach this much farther than the gear's
-_LEAST_WIDTH = 0.4  # of the widest pair's half-width: what the others are meshed for at least
+_LEAST_WIDTH = 0.4  # of the widest pair's half-width: least half-width for which the others are meshed
 _LIGHT, _LIGHT_WIDTH = 0.1, 0.8  # share of the load below which elements may be larger, and how large in the same way
 _APPROACH = 1.5  # forecast approaches that are allowed for
 _AT_END = 0.08  # of the element length: elements at the ends of a contact are no shorter, however sharp the edge
@@ -45,7 +45,7 @@ class MeshSettings:
     Attributes
     ----------
     elements_per_half_width : float
-        Elements across the half-width to expect of the contact on the flank as it is, worn or not.
+        Elements across the expected half-width of the contact on the present flank, worn or not.
     element_length : float
         Length of elements along the line [mm].
     gear_teeth, pinion_teeth : int
@@ -99,22 +99,22 @@ def line_meshes(
 
 @dataclass(frozen=True)
 class Candidates:
-    """Surfaces of a pair that may touch, and what lies between them; arrays are over all nodes of the gear.
+    """Candidate contact surfaces of a pair, and the gap between them; arrays are over all nodes of the gear.
 
     Attributes
     ----------
     contact : ContactPair
         Its gap is that of `fresh` alone.
     fresh : array [mm]
-        Distance of the flanks as they are meshed, roundings of the edges included.
+        Distance of the meshed flanks, roundings of the edges included.
     moved : array [mm]
         Wear by which the nodes were moved already.
     face, profile : arrays [mm]
-        Places on the gear's flank; zero elsewhere.
+        Coordinates on the gear's flank; zero elsewhere.
     pinion_face, pinion_profile : arrays [mm]
-        What they meet.
+        The corresponding points of the pinion.
     on_flank : int array
-        Nodes for which these hold.
+        Nodes for which these are defined.
     """
 
     contact: ContactPair
@@ -135,13 +135,13 @@ class Candidates:
 
 
 def _patch(flank: RigidFlank, expected: Forecast, pair: int, settings: MeshSettings) -> tuple[RigidLine, float]:
-    """Middle of the patch of a pair, the fresh line, and half its width [mm]: all that may touch, and a margin."""
+    """Middle of the patch of a pair, the unworn line, and half its width [mm]: the possible contact and a margin."""
     line, load = expected.lines[pair], expected.line_load[pair]
     middle = RigidFlank(flank.pair).line(line.roll)
     widest = max(float(width.max()) for width in expected.half_width.values())
     width = max(float(expected.half_width[pair].max()), _LEAST_WIDTH * widest)
     rise = 2.0 * load / (np.pi * effective_modulus(flank.pair.scene))
-    # hardly loaded pairs stay small: what they miss is told by `reaches_border`
+    # patches of lightly loaded pairs stay small: `reaches_border` reports contact beyond them
     aside = max(line.farthest(rise, middle.profile) - width, 0.0) if expected.share(pair) > _LIGHT else 0.0
     return middle, settings.wider.get(pair, 1.0) * (settings.patch * width + aside)
 
@@ -179,10 +179,10 @@ def _refinements(flank: RigidFlank, expected: Forecast, settings: MeshSettings) 
 
 
 def _face_ends(flank: RigidFlank, line: RigidLine, settings: MeshSettings) -> tuple[dict[str, list[float]], float]:
-    """Where either body ends, by face coordinates of each, and the element size along the face there [mm].
+    """Ends of both bodies, in face coordinates of each, and the element size along the face there [mm].
 
-    The nodes of an end lie a rounding's height off and carry nothing, so that a contact ends within the outermost
-    elements: short by half of one, and what it lacks there its neighbours would carry.
+    The nodes of an end are recessed by the rounding and carry no load, so that a contact ends within the outermost
+    elements: it is short by half an element, whose load its neighbours would carry.
     """
     pair, table = flank.pair, flank.pair.scene.gear_pair
     order = {"gear": np.argsort(line.face), "pinion": np.argsort(line.pinion_face)}
@@ -199,7 +199,7 @@ def _face_ends(flank: RigidFlank, line: RigidLine, settings: MeshSettings) -> tu
 
 
 def _curve(face: FloatArray, profile: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    return lambda wanted: np.interp(wanted, face, profile)
+    return lambda at: np.interp(at, face, profile)
 
 
 def candidates(
@@ -223,7 +223,7 @@ def candidates(
     fresh = np.where(np.isfinite(fresh), np.minimum(fresh, _APART), _APART)
     gap = fresh if moved else fresh + worn
     place = np.abs(gear.profile - np.interp(gear.face, line.face, line.profile))
-    # bodies give way, they do not come closer: no node touches whose gap exceeds the approach
+    # elastic deflection only opens the gap: no node with a gap above the approach comes into contact
     highest = _APPROACH * settings.wider.get(j, 1.0) * expected.approach
     near = (place < half) & (gap - expected.least < highest)
     other = np.abs(pinion.profile - np.interp(pinion.face, line.pinion_face, line.pinion_profile)) < _MASTER * half
@@ -263,9 +263,9 @@ def _surface(name: str, points: FloatArray, grid: FlankGrid, chosen: NDArray[np.
     """Facets of a flank with a chosen node, counter-clockwise from outside, and the flank's real edges."""
     n = grid.nodes
     quads = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1)
-    wanted = chosen[:-1, :-1] | chosen[1:, :-1] | chosen[1:, 1:] | chosen[:-1, 1:]
+    kept = chosen[:-1, :-1] | chosen[1:, :-1] | chosen[1:, 1:] | chosen[:-1, 1:]
     corner = points[quads[0, 0]]
     outward = np.cross(corner[2] - corner[0], corner[3] - corner[1]) @ pose.vectors(grid.normals[0, 0])
-    quads = quads[wanted]
+    quads = quads[kept]
     edges = {"tip": n[-1], "inner end": n[:, 0], "outer end": n[:, -1], "fillet": n[0]}
     return Surface(name, points, quads if outward > 0.0 else quads[:, ::-1], edges)

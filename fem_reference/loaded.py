@@ -4,7 +4,7 @@ Both bodies are elastic solids (trilinear hexahedra with incompatible modes), th
 its back face. Teeth that may touch carry fine patches along the contact line; contact is frictionless, by dual mortar
 multipliers on the gear's flank, with the exact gap of the true flanks, roundings of the edges and wear included. The
 torque is given, the pinion's rotation solved for. Root stress is taken from finer meshes of 20-node elements under
-the same contact forces. Nothing is shared with the core but scene, flank geometry and result schema.
+the same contact forces. Only scene, flank geometry and result schema are shared with the core.
 
 A position of the shipped face gear takes some 30 s of processor time. The meshes of root stress are factorised once,
 by MKL Pardiso (extra `fem`) or, without it, by a nested dissection of our own that needs scipy alone.
@@ -69,7 +69,7 @@ def loaded_contact(
     placement : Placement, optional
         Rigid displacement of the pinion.
     elements_per_half_width : float
-        Elements across the half-width to expect of the contact on the flank as it is: 2 gives the peak pressure to
+        Elements across the expected half-width of the contact on the present flank: 2 gives the peak pressure to
         5 %, 3 to 2 %, 4 to 1 %.
     element_length : float, optional
         Length of the elements along the contact line [mm]. Default 2.5, or a fourteenth of the gear's face width if
@@ -80,14 +80,14 @@ def loaded_contact(
         cut planes and is softer than the ring: by 2 % with 5 teeth on a rim of 2.5 modules, but by 70 % with 11 of
         31 on a rim of 45 mm.
     root_stress : bool
-        Whether to work out root stress.
+        Whether to compute root stress.
     strict : bool
-        Refuse pressures that the mesh cannot carry: fewer than three nodes across the contact of a pair that carries
-        a tenth of the load, or a contact that reaches the border of the refined patch even after that was widened.
-        Otherwise they are flagged only.
+        Refuse pressures that the mesh cannot resolve: fewer than three nodes across the contact of a pair that
+        carries a tenth of the load, or a contact that reaches the border of the refined patch even after that was
+        widened. Otherwise they are only flagged.
     worn_flank : str
-        How wear enters: ``"gap"`` over the fresh mesh, or ``"moved_nodes"``: the flank's nodes moved along their
-        normals, the inside of the teeth smoothed after them.
+        Treatment of wear: ``"gap"`` over the unworn mesh, or ``"moved_nodes"``: the flank's nodes moved along their
+        normals, with smoothing of the mesh inside the teeth.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def loaded_contact(
         For a torque that is not positive, a bad wear depth, no possible contact, an effect that is not in here or a
         kind of gear pair that has no teeth to mesh (flanks given as points).
     ContactMeshError
-        If strict, see there.
+        If `strict`.
     """
     refuse_effects(scene)
     flank = RigidFlank(pair_motion(scene, on_loaded_flank(scene, placement)))
@@ -138,7 +138,7 @@ def solve_positions(
     SceneError
         For a torque that is not positive or no possible contact.
     ContactMeshError
-        If strict, for pressures that the mesh cannot carry.
+        If strict, for pressures that the mesh cannot resolve.
     """
     torque = torque_of(flank)
     solved = []
@@ -172,7 +172,7 @@ def torque_of(flank: RigidFlank) -> float:
 def mesh_and_solve(
     flank: RigidFlank, mesh_position: float, settings: MeshSettings, torque: float, roots: RootStress | None = None
 ) -> tuple[MeshedPosition, PositionResult]:
-    """A mesh position with patches so wide that no contact reaches their borders, if that can be had.
+    """A mesh position with patches wide enough that no contact reaches their borders, if possible.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def mesh_and_solve(
 
 
 def refuse_effects(scene: Scene) -> None:
-    """Refuse effects that are not in these finite elements; free edges always are.
+    """Refuse effects that are not in the finite elements; free edges always are.
 
     Raises
     ------
@@ -208,12 +208,12 @@ def refuse_effects(scene: Scene) -> None:
     for name, _ in scene.effects.present():
         if name not in _KNOWN_EFFECTS:
             raise SceneError.of(
-                f"effects.{name}", "a table", "no such table", "finite elements have none of it: leave it out here"
+                f"effects.{name}", "a table", "no such table", "not in the finite elements: leave it out here"
             )
 
 
 def on_loaded_flank(scene: Scene, placement: Placement | None) -> Placement:
-    """The coast flank is the drive flank in a mirror at x = 0: what the placement does is mirrored instead."""
+    """The coast flank is the drive flank mirrored at x = 0: the placement is mirrored instead."""
     given = placement or Placement()
     if scene.operation.loaded_flank == "drive":
         return given
@@ -229,8 +229,8 @@ def on_loaded_flank(scene: Scene, placement: Placement | None) -> Placement:
 def _mesh_positions(roll_positions: ArrayLike | None) -> FloatArray:
     if roll_positions is None:
         return np.arange(POSITIONS) / POSITIONS
-    wanted = np.atleast_1d(np.asarray(roll_positions, dtype=float))
-    if wanted.size == 0 or not np.all(np.isfinite(wanted)):
+    positions = np.atleast_1d(np.asarray(roll_positions, dtype=float))
+    if positions.size == 0 or not np.all(np.isfinite(positions)):
         raise SceneError.of("roll_positions", roll_positions, "finite numbers, one at least")
-    position = np.mod(np.round(wanted, 12), 1.0)
+    position = np.mod(np.round(positions, 12), 1.0)
     return np.unique(np.where(position > 1.0 - 1e-9, 0.0, position))

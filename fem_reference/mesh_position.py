@@ -35,11 +35,11 @@ class PairResult:
     contact : PairContact
     line : RigidLine
     face, profile : arrays [mm]
-        Places of the nodes on the gear's flank.
+        Coordinates of the nodes on the gear's flank.
     force_vector : (k, 3) array [N]
-        Pressing the pinion, fixed frame; the gear feels its opposite.
+        On the pinion, fixed frame; the opposite force acts on the gear.
     pinion_face, pinion_profile : arrays [mm]
-        Where the nodes meet the pinion.
+        Corresponding points of the pinion.
     """
 
     contact: PairContact
@@ -73,9 +73,9 @@ class PositionResult:
 
 @dataclass(frozen=True)
 class MeshedPosition:
-    """Both bodies meshed around the contact lines of a mesh position, condensed onto what may touch.
+    """Both bodies meshed around the contact lines of a mesh position, condensed onto their contact candidates.
 
-    Other wear of nearly the same lines, and another torque, cost a hundredth of this.
+    Solutions for other wear with nearly the same lines, or another torque, cost a hundredth of this.
 
     Attributes
     ----------
@@ -171,13 +171,13 @@ def solve_position(
     torque : float [N mm]
     settings : MeshSettings
     roots : RootStress, optional
-        Leave out to do without root stress.
+        Default: no root stress.
     """
     return MeshedPosition.of(flank, mesh_position, torque, settings).solve(torque, roots)
 
 
 def _supported(mesh: ToothMesh, body: ElasticBody, pose: Pose) -> SupportedBody:
-    """The body in the fixed frame on its bore, closed to a ring where its mesh has the rest of it."""
+    """The body in the fixed frame, held at its bore, closed to a ring if its mesh has the rest of the ring."""
     stiffness = body.stiffness
     if mesh.rest is not None:
         stiffness = stiffness + mesh.rest.stiffness(body, pose.rotation)

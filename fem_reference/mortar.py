@@ -5,18 +5,18 @@ surface: over the part :math:`S_e` of each slave element that lies opposite the 
 
 .. math:: \int_{S_e} \psi_j \phi_k \, dA = \delta_{jk} \int_{S_e} \phi_k \, dA ,
 
-so that the weight matrix :math:`D_{jk} = \int \psi_j \phi_k \, dA` is diagonal and each slave node sees the master
-through :math:`P = D^{-1} M`, :math:`M_{jl} = \int \psi_j \phi_l^{master} \, dA`. Because the functions are dual on
+so that the weight matrix :math:`D_{jk} = \int \psi_j \phi_k \, dA` is diagonal and each slave node is coupled to the
+master by :math:`P = D^{-1} M`, :math:`M_{jl} = \int \psi_j \phi_l^{master} \, dA`. Because the functions are dual on
 the covered part, not on the whole element, P reproduces linear fields and its rows sum to 1 also where one
-surface hangs over the other (Cichosz and Bischoff 2011).
+surface overhangs the other (Cichosz and Bischoff 2011).
 
 The gap of a slave node is :math:`\gamma_j + n_j \cdot (P u^{master} - u^{slave})_j`, with n_j outward from the slave;
 its work-conjugate is the force :math:`F_j = p_j D_{jj}`, which presses the slave along -n_j and, spread by P, the
 master along +n_j.
 
-A node beyond the other surface's border, of whose area next to nothing is covered, would carry the force that closes
-a gap extrapolated to where no surface is: finite on no area. Its dual function is added to that of its neighbour,
-which keeps their sum and with it constant pressure.
+A node beyond the other surface's border, with a vanishing covered area, would carry the force that closes
+a gap extrapolated beyond the surface: a finite force on no area. Its dual function is added to that of its neighbour,
+which keeps their sum and thereby constant pressure.
 
 Sources: Wohlmuth, SIAM J. Numer. Anal. 38 (2000) 989, doi:10.1137/S0036142999350929 (dual functions); Popp,
 Gitterle, Gee, Wall, Int. J. Numer. Meth. Eng. 83 (2010) 1428, doi:10.1002/nme.2866 (segments in the plane of the
@@ -43,16 +43,16 @@ Field = Callable[[FloatArray], FloatArray] | FloatArray | float
 """A quantity on the slave surface: a function of (q, 3) positions, a value per node of the body, or a constant."""
 
 SLIVER = 1e-4
-"""Covered share of a slave element below which the bilinear functions stand in for the dual ones, which would come
-from a nearly singular matrix. Force still passes exactly, its moment to this share of an element's."""
+"""Covered fraction of a slave element below which the bilinear functions replace the dual ones, which would come
+from a nearly singular matrix. The force is transmitted exactly, its moment within this fraction of an element's."""
 
 LEAST_COVER = 0.02
-"""Covered share of the facets about a node below which a neighbour carries its part. Anything from 0.001 to 0.05
-gives the same; above, edges lose nodes that do carry load."""
+"""Covered fraction of the facets about a node below which a neighbour carries its load. Values from 0.001 to 0.05
+give the same result; above, edges lose nodes that carry load."""
 
 POOLED_COVER = 0.5
-"""Covered share below which a node's pressure is that of its and its neighbour's force and area together: the load
-of an edge is finite on any area, so that only areas of the mesh's own size tell a pressure."""
+"""Covered fraction below which a node's pressure is that of its and its neighbour's force and area together: the load
+of an edge is finite on any area, so that a pressure is only defined on areas of the size of an element."""
 
 FACING = -0.1
 """Greatest product of the unit normals of two facets that count as opposite."""
@@ -67,8 +67,8 @@ class Mortar:
     nodes : (k,) int array
         Slave nodes that lie opposite the master.
     shares : (k, n_slave) sparse array
-        How each force acts on the slave's nodes: on `nodes`, and to a small part on those that they stand for; its
-        rows sum to 1.
+        Distribution of each force on the slave's nodes: on `nodes`, and in small part on those that they represent;
+        its rows sum to 1.
     weight : (k,) array [mm2]
         D: force over pressure.
     normals : (k, 3) array
@@ -80,11 +80,11 @@ class Mortar:
     transfer : (k, n_master) sparse array
         P.
     distance : (k,) array [mm]
-        Gap between the two meshes as they lie, along the normals.
+        Gap between the two meshes, along the normals.
     covered : (k,) array
-        Share of the facets about the node that lies opposite the master; the least one of the nodes it stands for.
+        Fraction of the facets about the node that lies opposite the master; the least of the nodes it represents.
     beside : (k,) int array
-        For each node itself, or the neighbour with which its pressure is told.
+        For each node itself, or the neighbour with which its pressure is averaged.
     """
 
     nodes: IntArray
@@ -104,7 +104,7 @@ class Mortar:
         return np.asarray((force + extra * force[self.beside]) / (self.weight + extra * self.weight[self.beside]))
 
     def average(self, field: Field) -> FloatArray:
-        """A quantity seen by the slave nodes, (k,).
+        """A quantity averaged at the slave nodes, (k,).
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class Mortar:
         return np.full(len(self.nodes), values[()]) if values.ndim == 0 else values[self.nodes]
 
     def from_master(self, values: FloatArray) -> FloatArray:
-        """Values at the nodes of the master body, such as its wear depth, as the slave nodes see them."""
+        """Values at the nodes of the master body, such as its wear depth, transferred to the slave nodes."""
         return np.asarray(self.transfer @ values)
 
     def unit_loads(self) -> tuple[csr_matrix, csr_matrix]:
@@ -169,7 +169,7 @@ def couple(
     master_shape = _interpolation(master.quads[other], on_master, len(master.points))
     dual_shape = _interpolation(slave.quads[element], dual, len(slave.points))
     share = slave_shape.T @ area
-    # nodes with next to no covered area take no part
+    # nodes with negligible covered area are left out
     known = np.flatnonzero(share > 1e-9 * share.max())
     whole = _whole_share(slave)
     covered = share[known] / whole[known]
@@ -200,7 +200,7 @@ def couple(
 
 
 def _keepers(slave: Surface, nodes: IntArray, weight: FloatArray, small: NDArray[np.bool_]) -> IntArray:
-    """Index of the node that stands for each node: itself, or for a small one a neighbour that is not."""
+    """Index of the node that represents each node: itself, or for a node of small area a neighbour of larger area."""
     row_of = np.full(len(slave.points), -1, dtype=np.int64)
     row_of[nodes] = np.arange(len(nodes))
     keeper = np.arange(len(nodes))

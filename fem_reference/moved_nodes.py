@@ -1,8 +1,9 @@
-"""A worn mesh: flank nodes moved along their normals, the inside of the teeth smoothed after them.
+"""A worn mesh: flank nodes moved along their normals, with smoothing of the mesh inside the teeth.
 
-What Abaqus does with UMESHMOTION and an arbitrary Lagrangian-Eulerian step: the surface takes the wear, the nodes
-below follow so that elements keep their shape. Here the inside moves by the mean of its neighbours, near ones
-counting more (Laplace on the mesh's edges), which leaves the first element below the surface its share of the depth.
+As in Abaqus with UMESHMOTION and an arbitrary Lagrangian-Eulerian step, the surface nodes move by the wear depth and
+the nodes below follow so that elements keep their shape. Here inner nodes move by the mean of their neighbours,
+weighted by proximity (Laplace on the mesh's edges), so that the first element
+below the surface takes only its part of the depth.
 All other flanks, fillets and the held face stay; tip lands and end faces follow.
 """
 
@@ -113,7 +114,7 @@ def _smoothed(mesh: MeshHex, given: FloatArray, known: NDArray[np.bool_]) -> Flo
     start, end = mesh.edges
     both = np.concatenate([start, end]), np.concatenate([end, start])
     count = len(given)
-    # a node close below the surface follows it: elements there are thin
+    # a node close below the surface follows it, since elements there are thin
     weight = 1.0 / np.linalg.norm(mesh.p[:, start] - mesh.p[:, end], axis=0)
     beside = csr_matrix((np.tile(weight, 2), both), shape=(count, count))
     laplace = csr_matrix(diags_array(np.asarray(beside.sum(axis=1)).ravel()) - beside)

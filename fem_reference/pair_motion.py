@@ -1,4 +1,4 @@
-"""A gear pair in motion as finite elements see it, and the part that all kinds have in common.
+"""The interface of a gear pair in motion for the finite elements, and the part that all kinds have in common.
 
 Pair j is pinion tooth j on gear tooth -j and stands at roll position r as pair 0 does at r + j. Pinion and gear have
 frames of their own, in which their meshes lie, and poses in the fixed frame (docs/frame.svg).
@@ -47,7 +47,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class FlankMeeting:
-    """Gear flank points and what they find on the pinion's involute.
+    """Gear flank points and the corresponding points of the pinion's involute.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class PairMotion(Protocol):
         ...
 
     def flank_grid(self, face: FloatArray, radius: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Face (F,) and profile (P, F) coordinates of the places that a `/flank` group tells [mm]."""
+        """Face (F,) and profile (P, F) coordinates of the points of a `/flank` group [mm]."""
         ...
 
     def gear_pose(self, roll: float) -> Pose:
@@ -167,7 +167,7 @@ class PairMotion(Protocol):
         ...
 
     def pinion_pose(self, roll: float) -> Pose:
-        """The pinion at a roll position, displaced as the placement says."""
+        """The pinion at a roll position, displaced by the placement."""
         ...
 
     def turned_to_zero(self, body: str, pair: int) -> FloatArray:

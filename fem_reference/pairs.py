@@ -1,4 +1,4 @@
-"""From a scene to its pair in motion and its meshes: the one place here that knows the kinds of gear pair."""
+"""From a scene to its pair in motion and its meshes: the only module here that distinguishes kinds of gear pair."""
 
 from __future__ import annotations
 
@@ -48,10 +48,11 @@ def module_of(scene: Scene) -> float:
 
 
 def usual_teeth(scene: Scene) -> dict[str, int | None]:
-    """Teeth in the mesh of each body unless said otherwise; None is every tooth.
+    """Default number of teeth in the mesh of each body; None is every tooth.
 
-    A sector of a thick ring is far softer than the ring, the more so the thicker it is, and no number of teeth serves
-    all bodies: every tooth of a cylindrical pair counts. The face gear's stretch lies on a held back face.
+    A sector of a thick ring is far less stiff than the ring, the more so the thicker it is, and no number of teeth
+    suffices for all bodies: cylindrical pairs are meshed with every tooth. The face gear's teeth stand on a held back
+    face.
     """
     whole = isinstance(scene.gear_pair, CylindricalPair)
     return {"pinion": None, "gear": None} if whole else {"pinion": 9, "gear": 5}
@@ -84,5 +85,5 @@ def body_mesh(
         )  # fmt: skip
     mesh = pinion_mesh if body == "pinion" else face_gear_mesh
     if teeth is None:
-        raise ValueError(f"{body}: say how many teeth of a face gear pair are meshed")
+        raise ValueError(f"{body}: give the number of teeth of a face gear pair to be meshed")
     return mesh(scene, element=element, teeth=teeth, refinements=refinements, divisions=divisions, detailed=detailed)

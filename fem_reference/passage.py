@@ -1,4 +1,4 @@
-"""When the fresh contact line passes each point of the gear's flank, and how it slides there: what `/flank` tells."""
+"""Passage of the unworn contact line over each point of the gear's flank, and the sliding there, for `/flank`."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _TRACED = 24  # rigid lines a mesh cycle, from which the passage of flank points
 
 @dataclass(frozen=True)
 class Passage:
-    """When the fresh contact line passes each point of the `/flank` grid, and how; arrays are (profile, face).
+    """Passage of the unworn contact line over each point of the `/flank` grid; arrays are (profile, face).
 
     Attributes
     ----------
     face : (F,) array [mm]
     profile : array [mm]
     roll : array
-        Roll position; not a number where the line never comes.
+        Roll position; not a number where the line never passes.
     specific_sliding : array
         |v_s| / v_n of the gear there.
     pair : PairKinematics
@@ -68,10 +68,10 @@ class Passage:
             nodes, kept = np.unique(np.round(place[order, i], 9), return_index=True)
             order = order[kept]
             within = (profile[:, i] >= nodes[0] - usual) & (profile[:, i] <= nodes[-1] + usual)
-            wanted = profile[within, i]
-            held = np.clip(wanted, nodes[0], nodes[-1])
+            points = profile[within, i]
+            held = np.clip(points, nodes[0], nodes[-1])
             # towards the tip the line was earlier
-            roll[within, i] = PchipInterpolator(nodes, rolls[order])(held) - (wanted - held) / (usual * _TRACED)
+            roll[within, i] = PchipInterpolator(nodes, rolls[order])(held) - (points - held) / (usual * _TRACED)
             met_speed = PchipInterpolator(nodes, speed[order, i])(held)
             for k, at, v in zip(np.flatnonzero(within), roll[within, i], met_speed, strict=True):
                 point = pair.meeting(face[i], profile[k, i], float(at)).position
@@ -80,7 +80,7 @@ class Passage:
 
 
 def flank_group(passage: Passage, depths: list[FloatArray]) -> dict[str, FloatArray]:
-    """Both flanks as `/flank` has them; the pinion's specific sliding follows from the gear's."""
+    """Both flanks in the layout of `/flank`; the pinion's specific sliding follows from the gear's."""
     pair, profile = passage.pair, passage.profile
     gear, pinion = pair.gear, pair.pinion
     low, high = pair.pinion_profile_limits

@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PinionSurface:
-    """The pinion as `mesh_teeth` sees it (a `ToothSurface`)."""
+    """The pinion as a `ToothSurface` for `mesh_teeth`."""
 
     tooth: InvoluteTooth
     face_limits: tuple[float, float]
@@ -100,7 +100,7 @@ def pinion_mesh(
     element : str
         ``"hex8i"``, ``"hex20"`` or ``"hex27"``.
     teeth : int, optional
-        Mesh a sector of so many teeth with free cut planes instead of the whole ring, for cheap trials.
+        Number of teeth of a sector with free cut planes instead of the whole ring, for fast trials.
     refinements, divisions, detailed
         As for `face_gear_mesh`.
 

@@ -1,4 +1,4 @@
-r"""One pitch of a toothed body as four blocks, and how finely it is divided.
+r"""One pitch of a toothed body as four blocks, and their divisions.
 
 On every face station one pitch is four blocks. T is the tip, M the middle of the fillet (where its tangent has made
 half its turn), G the middle of the tooth space::
@@ -12,9 +12,9 @@ half its turn), G the middle of the tooth space::
    |   space |   tooth   | space  |
    |_________|___________|________|   held: back face of a gear, bore of a pinion
 
-All teeth have the same topology; they join node by node at G, because depth and face stations are common. What
-changes is spacing: along the profile it follows the line of a `Refinement` at every face station, through the
-thickness it grows from the loaded flank inwards. Edges of tip and ends are sharp: their roundings belong to the gap.
+All teeth have the same topology; they join node by node at G, because depth and face stations are common. The spacing
+varies: along the profile it follows the line of a `Refinement` at every face station, through the
+thickness it grows from the loaded flank inwards. Edges of tip and ends are sharp: their roundings are in the gap.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Refinement:
     growth : float
         Increase of the element size for each mm outside. Default 0.35.
     face_ends : tuple of float [mm]
-        Face coordinates where a contact may end: at an end of either body. About them elements are short along the
+        Face coordinates at which a contact may end: the ends of either body. Near them elements are short along the
         face.
     element_size_end : float [mm]
         Greatest element size along the face at these.
@@ -134,7 +134,7 @@ class ToothSurface(Protocol):
     """
 
     def __hash__(self) -> int:
-        """Of what it is made from."""
+        """Hash of the data from which it is made."""
         ...
 
     @property
@@ -186,14 +186,14 @@ def face_corners(surface: ToothSurface, refinements: Iterable[Refinement], coars
     patches = tuple(refinements)
 
     def size(face: FloatArray) -> FloatArray:
-        wanted = np.full_like(face, coarse)
+        size = np.full_like(face, coarse)
         for patch in patches:
             start, end = patch.face_range
             outside = np.maximum(np.maximum(start - face, face - end), 0.0)
-            wanted = np.minimum(wanted, patch.element_size_face + patch.growth * outside)
+            size = np.minimum(size, patch.element_size_face + patch.growth * outside)
             for end in patch.face_ends:
-                wanted = np.minimum(wanted, patch.element_size_end + _FROM_END * np.abs(face - end))
-        return wanted
+                size = np.minimum(size, patch.element_size_end + _FROM_END * np.abs(face - end))
+        return size
 
     return equal_shares(low, high, size)
 
@@ -309,8 +309,8 @@ def _profiles(
 
         def size(profile: FloatArray) -> FloatArray:
             outside = np.maximum(np.abs(profile - line[k]) - refinement.profile_half_range, 0.0)
-            wanted = refinement.element_size_profile + refinement.growth * outside
-            return np.asarray(np.minimum(wanted, (high - low) / divisions.flank))
+            size = refinement.element_size_profile + refinement.growth * outside
+            return np.asarray(np.minimum(size, (high - low) / divisions.flank))
 
         return equal_shares(low, high, size, count)
 

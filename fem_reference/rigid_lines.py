@@ -1,8 +1,8 @@
-"""Where rigid, possibly worn flanks come nearest, and a rough forecast of the load there: what the meshes follow.
+"""Lines of least gap of rigid, possibly worn flanks, and an estimate of the load on them, for the mesh refinement.
 
-On every cylinder of the gear the gap has one least value across the tooth; these valleys are the contact line. The
-forecast only steers the refinement and the choice of nodes that may touch. It decides no result: where it is wrong,
-the contact reaches the border of the chosen nodes, and that is reported.
+On every cylinder of the gear the gap has one minimum across the tooth; these valleys are the contact line. The
+estimate only controls the refinement and the choice of contact candidates. It does not affect results: where it is
+wrong, the contact reaches the border of the candidates, which is reported.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from semiwear.scene import Material, Scene
 
 FloatArray = NDArray[np.float64]
 
-_FAR = 1.0  # mm: gaps beyond are alike
+_FAR = 1.0  # mm: greater gaps are not distinguished
 _APPROACH = 14.0  # approach of loaded gear teeth, tooth bending included, times pi E* over the line load: usual value
 _FARTHEST = 3  # neighbours looked at on either side
 
@@ -39,14 +39,14 @@ class RigidLine:
     face, profile : arrays [mm]
         Place on the gear.
     gap : array [mm]
-        Roundings of the edges and wear included; infinite where nothing is opposite.
+        Roundings of the edges and wear included; infinite where no point lies opposite.
     position : (face, 3) array [mm]
         Fixed frame.
     pinion_profile, pinion_face : arrays [mm]
     spacing : array
         Distance normal to the line per profile coordinate [mm/mm].
     across : (face, heights) array [mm]
-        Profile coordinates at which the slice is known, evenly apart.
+        Profile coordinates at which the slice is sampled, evenly spaced.
     gap_across : (face, heights) array [mm]
         The gap there.
     """
@@ -68,10 +68,10 @@ class RigidLine:
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.position, axis=0), axis=1))])
 
     def half_width(self, rise: FloatArray) -> FloatArray:
-        """Half of what lies less than `rise` (face,) above the valley, in profile coordinates [mm].
+        """Half the width of the part less than `rise` (face,) above the valley, in profile coordinates [mm].
 
         A Hertz contact of line load q closes the gap as far as it rises by 2 q/(pi E*) (Johnson 1985, section 4.2);
-        on a ridge that wear has left this is narrower than any mean curvature says.
+        on a ridge left by wear this is narrower than from a mean curvature.
         """
         above = np.minimum(self.gap_across, _FAR) - np.minimum(self.gap + rise, _FAR)[:, None]
         low, high = np.minimum(above[:, 1:], above[:, :-1]), np.maximum(above[:, 1:], above[:, :-1])
@@ -79,7 +79,7 @@ class RigidLine:
         return np.asarray(0.5 * share.sum(axis=1) * (self.across[:, 1] - self.across[:, 0]))
 
     def farthest(self, rise: FloatArray, middle: FloatArray) -> float:
-        """Greatest distance from `middle` (face,) of what lies less than `rise` (face,) above the valley [mm].
+        """Greatest distance from `middle` (face,) of the part less than `rise` (face,) above the valley [mm].
 
         In profile coordinates; stations without a rise do not count. Between a ridge and the valley beside it a
         worn line jumps; its touching parts can lie to either side of where a fresh one runs.
@@ -127,7 +127,7 @@ class RigidFlank:
         inner = np.clip(place, 1, self.heights - 2)
         left, middle, right = (smooth[rows, inner + k] for k in (-1, 0, 1))
         bend = left - 2.0 * middle + right
-        # between grid points only where no tip is near: the parabola knows nothing of roundings
+        # between grid points only away from tips: the parabola does not represent their roundings
         near = rounded[rows[:, None], inner[:, None] + [-1, 0, 1]]
         free = (place == inner) & (bend > 0.0) & np.isfinite(near[:, 1]) & (near == near[:, 1:2]).all(axis=1)
         shift = np.where(free, 0.5 * (left - right) / np.where(free, bend, 1.0), 0.0)
@@ -182,7 +182,7 @@ class Forecast:
     half_width: dict[int, FloatArray]
 
     def usual_half_width(self, pair: int) -> float:
-        """Median half-width by load and width, in profile coordinates: what elements are measured by [mm].
+        """Median half-width by load and width, in profile coordinates, for the size of elements [mm].
 
         Not the least one: where a line crosses a worn ridge, or two valleys part, few slices are far narrower.
         """
@@ -192,12 +192,12 @@ class Forecast:
         return float(width[order][np.searchsorted(carried, 0.5 * carried[-1])]) if carried[-1] > 0.0 else 0.0
 
     def share(self, pair: int) -> float:
-        """Share of the load on a pair, roughly."""
+        """Estimated share of the load on a pair."""
         return float(self.line_load[pair].sum() / sum(load.sum() for load in self.line_load.values()))
 
 
 def forecast(lines: Sequence[RigidLine], first: int, force: float, modulus: float) -> Forecast:
-    """Winkler's bed along the lines, as stiff as gear teeth usually are.
+    """Winkler foundation along the lines, with the usual stiffness of gear teeth.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-r"""The rest of a ring: pitches that are all alike, eliminated once and joined to one another by doubling.
+r"""The rest of a ring: equal pitches, condensed once and joined by doubling.
 
 Teeth far from the contact differ by a rotation only. One of their pitches is condensed onto the two planes in which
 it is cut from its neighbours,
@@ -82,7 +82,7 @@ class RestOfRing:
             youngs_modulus=like.youngs_modulus,
             poissons_ratio=like.poissons_ratio,
         )
-        # what is held has no stiffness to hand on
+        # held unknowns have no stiffness to pass on
         kept = ~np.isin(self.low, self.held)
         chain = _chain(_condensed(body, self.held, self.low[kept], self.high[kept]), self.count, self.turn)
         nodes = np.concatenate([self.last[kept], self.first[kept]])

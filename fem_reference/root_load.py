@@ -35,8 +35,9 @@ _EXPLICIT = 4  # teeth on either side that may carry load
 class RootStress:
     """Root stress on meshes of 20-node elements that do not change with the roll position.
 
-    The contact forces act on them where they act in the contact solution. Every loaded pair is looked at in turn on
-    the middle tooth, with the loads of the others on its neighbours: it alone is meshed finely, and no cut is near.
+    The contact forces act at the same points as in the contact solution. Every loaded pair is solved in turn on
+    the middle tooth, with the loads of the others on its neighbours: it alone is meshed finely, far from the cut
+    planes.
 
     Attributes
     ----------
@@ -45,12 +46,12 @@ class RootStress:
         Five and seven teeth of a face gear pair give the stress of twice as many to 0.1 and 0.3 %. None is every
         tooth (of cylindrical gears): those farther than `_EXPLICIT` from the observed one carry no load.
     fillet, across, flank : int
-        Elements along the fillet, across half the tooth and along the flank. The first two belong together: twelve
-        along the fillet with four across put a bump of 4 % on the stress where the mesh's blocks meet.
+        Elements along the fillet, across half the tooth and along the flank. The first two should match: twelve
+        along the fillet with four across cause an error of 4 % of the stress where the mesh's blocks meet.
     towards_fillet : float
-        Exponent by which the flank's elements grow from the fillet to the tip. A load within the lowest stresses the
-        fillet falsely up to about an element's length from the flank's end: that has to stay above the root
-        (`root_stress.ROOT_FROM`).
+        Exponent of the growth of the flank's elements from the fillet to the tip. A load within the lowest element
+        falsifies the fillet stress up to about an element's length from the flank's end, which must stay above the
+        root (`root_stress.ROOT_FROM`).
     face_size : float
         Greatest length of an element along the face, in modules.
 
@@ -127,7 +128,7 @@ class RootStress:
         return result
 
     def forces(self, name: str, observed: int, pairs: Mapping[int, PairResult], pose: Pose) -> FloatArray:
-        """Nodal forces (3 n,) of all pairs on a body turned until the observed pair's tooth is tooth 0 [N]."""
+        """Nodal forces (3 n,) of all pairs on a body turned so that the observed pair's tooth is tooth 0 [N]."""
         body, _, _ = self.systems[name]
         mesh, motion = self.meshes[name], pair_motion(self.scene)
         force = np.zeros((len(body.points), 3))
@@ -146,7 +147,7 @@ class RootStress:
 
 
 def carried(grid: FlankGrid, face: FloatArray, profile: FloatArray, nodes: int) -> csr_matrix:
-    """Shares (k, nodes) in which forces at places of a flank act on the nodes of its 8-node facets."""
+    """Weights (k, nodes) with which forces at points of a flank act on the nodes of its 8-node facets."""
     column = np.clip(np.searchsorted(grid.face[::2], face) - 1, 0, (len(grid.face) - 1) // 2 - 1)
     left, right = grid.face[2 * column], grid.face[2 * column + 2]
     across = np.clip(2.0 * (face - left) / (right - left) - 1.0, -1.0, 1.0)

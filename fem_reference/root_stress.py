@@ -1,10 +1,10 @@
-"""Pressure on a flank, and the tangential stress of the fillets that it causes.
+"""Pressure on a flank, and the resulting tangential stress of the fillets.
 
-The fillet carries strain gauges: the strain of its surface along the fillet and across it follows from the motion of
-its own nodes, is read at the Gauss points of each element face, where it is most accurate, and carried on to the
-nodes by cubic splines along the fillet and along the face. (Straight lines through the Gauss points of one face
-overshoot a peak by its curvature times a twelfth of the element's length squared.) The surface is free, so that
-stress follows from these two strains alone (plane stress):
+Fillet stress is read as by strain gauges: the strain of the surface along the fillet and across it follows from the
+displacement of its nodes, is read at the Gauss points of each element face, where it is most accurate, and
+interpolated to the nodes by cubic splines along the fillet and along the face. (Straight lines through the Gauss
+points of one face overshoot a peak by its curvature times a twelfth of the element's length squared.) The surface is
+free, so that stress follows from these two strains alone (plane stress):
 
     stress_t = E/(1 - nu^2) (strain_t + nu strain_f)
 
@@ -13,8 +13,8 @@ component along the fillet in the section, of helical teeth the normal section (
 principal stress does not.
 
 Root stress is the greatest from `ROOT_FROM` of the fillet's length on. Nearer to the flank a load beside the fillet
-leaves the stress of its own contact, which no mesh of a tooth carries. The notch's own greatest stress stands a third
-of the way down and lower (plane sections, loads from 0.3 mm above the flank's end to the tip).
+causes local contact stress, which no mesh of a tooth resolves. The greatest stress of the notch lies a third
+of the way down or lower (plane sections, loads from 0.3 mm above the flank's end to the tip).
 
 Source: J. Barlow, Int. J. Numer. Meth. Engng 10 (1976) 243-251 (points); ISO 6336-3:2019, 5 (tensile side).
 """
@@ -41,7 +41,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ROOT_FROM = 0.3
-"""Share of the fillet's length, from the end of the flank, in which stress does not count as root stress."""
+"""Fraction of the fillet's length, from the end of the flank, in which stress does not count as root stress."""
 
 _FACES = {"hex8i": ElementQuad1(), "hex20": ElementQuadS2(), "hex27": ElementQuad2()}
 

@@ -1,11 +1,11 @@
 r"""Wear of the gear's flank in finite elements: cycles of meshing, contact and Archard's law.
 
-In a cycle both bodies are meshed around the contact lines of some mesh positions and condensed onto what may touch.
-On these condensed bodies the wear then grows in many small steps: contact at every position under the wear so far,
-depth from the pressures (`fem_reference.deposit`), and again. A step costs a hundredth of the meshing, so it can be
-so small that explicit stepping is stable and its error small. The next cycle meshes the worn flank anew.
+In a cycle both bodies are meshed around the contact lines of some mesh positions and condensed onto their contact
+candidates. On these condensed bodies the wear then grows in many small steps: contact at every position under the
+wear so far, then depth from the pressures (`fem_reference.deposit`). A step costs a hundredth of the meshing, so it
+can be small enough for explicit stepping to be stable and accurate. The next cycle meshes the worn flank anew.
 
-Not in here: wear of the pinion. Depths on the roundings of edges are not kept; at the last nodes before them the
+Wear of the pinion is not included. Depths on the roundings of edges are not kept; at the last nodes before them the
 pressure depends on the mesh, and so does the depth there.
 """
 
@@ -30,7 +30,7 @@ from semiwear.scene import Placement, Scene
 FloatArray = NDArray[np.float64]
 
 WEAR_POSITIONS = 18
-"""Mesh positions unless said otherwise; lines move by less than a contact width between two of them."""
+"""Default number of mesh positions; lines move by less than a contact width between two of them."""
 
 _STEP = 5e-4  # mm of greatest depth a step: explicit steps on fine contact elements are stable up to three times that
 _FEWEST, _MOST = 4, 200  # steps a cycle
@@ -58,12 +58,12 @@ def simulate(
     scene : Scene
         With a table [wear].
     cycles : int
-        Times that the worn flank is meshed anew; each costs `positions` contact meshes. A cycle should not wear more
+        Number of meshings of the worn flank; each costs `positions` contact meshes. A cycle should not wear more
         than some 10 um, which moves the contact lines by half a width.
     meshes : float, optional
         Engagements of one gear tooth in all; default ``wear.until.meshes``.
     wear_depth : optional
-        Wear of the gear to begin with [um], as for `loaded_contact`.
+        Initial wear of the gear [um], as for `loaded_contact`.
     positions : int
         Mesh positions.
     placement, elements_per_half_width, element_length, teeth, pinion_teeth, worn_flank
@@ -86,7 +86,7 @@ def simulate(
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
     total = scene.wear.until.meshes if meshes is None else meshes
     if total is None or not (np.isfinite(total) and total > 0.0):
-        raise SceneError.of("meshes", total, "> 0", "the scene wears to control depths: say how many meshes")
+        raise SceneError.of("meshes", total, "> 0", "the scene wears to control depths: give the number of meshes")
     for name, count in (("cycles", cycles), ("positions", positions)):
         if not (count >= 1 and count % 1 == 0):
             raise SceneError.of(name, count, "a whole number >= 1")
@@ -129,7 +129,7 @@ def _worn(
     torque: float,
 ) -> tuple[FloatArray, list[PositionResult]]:
     """Depth [mm] and contact after a cycle that wears by `dose` [mm^2/N], meshes times wear coefficient."""
-    # where an edge holds a line, its place is a point of this grid
+    # where an edge bounds a line, its position is a point of this grid
     fresh = RigidFlank(flank.pair, heights=_HEIGHTS)
     rolls, pressures = by_roll(places, solved, fresh)
     # the wear of a cycle may let pairs touch that do not yet

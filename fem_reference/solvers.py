@@ -1,8 +1,8 @@
-"""Factorisation of a symmetric positive definite stiffness matrix by the best direct solver at hand.
+"""Factorisation of a symmetric positive definite stiffness matrix by the best available direct solver.
 
-MKL Pardiso (package pypardiso, extra `fem`) where it is installed; else, for bodies whose nodes have places, our own
-nested dissection (`substructures.DissectionFactor`), which needs scipy alone; else SuperLU, which scipy brings and
-which is good up to some 30 thousand unknowns: beyond, it says so.
+MKL Pardiso (package pypardiso, extra `fem`) where it is installed; else, if the coordinates of the nodes are given,
+our own nested dissection (`substructures.DissectionFactor`), which needs scipy alone; else scipy's SuperLU, suitable
+up to some 30 thousand unknowns: beyond, a warning is given.
 """
 
 from __future__ import annotations
@@ -89,17 +89,17 @@ def factorise(matrix: spmatrix, *, places: FloatArray | None = None, prefer: str
     matrix : sparse matrix, (n, n)
         Stiffness of the free unknowns [N/mm].
     places : (n, 3) array, optional [mm]
-        Of the nodes to which the unknowns belong; those of one node follow one another.
+        Coordinates of the nodes of the unknowns; those of one node follow one another.
     prefer : str
-        ``"auto"`` takes the first of `SOLVERS` that can be had: ``"dissection"`` needs places; one of these names
-        insists on it.
+        ``"auto"`` takes the first available of `SOLVERS`: ``"dissection"`` needs places; one of these names
+        requires it.
 
     Raises
     ------
     ValueError
         For an unknown name, or ``"dissection"`` without places.
     MissingExtraError
-        If the solver insisted on is not installed.
+        If the required solver is not installed.
 
     Warns
     -----

@@ -1,14 +1,14 @@
 r"""Compliance of a supported body, or a factor of its stiffness, by substructures within substructures.
 
-From the smallest parts of a `Dissection` upwards each part eliminates its own unknowns, which by then nothing else
-touches, and hands on what is left: a dense matrix of its border and of the loads on it. With the loads B as unknowns
-of their own the matrix of the body is
+From the smallest parts of a `Dissection` upwards each part eliminates its own unknowns, which are then coupled to no
+other part, and passes on its Schur complement: a dense matrix of its border and of the loads on it. With the loads B
+as unknowns of their own the matrix of the body is
 
 .. math:: \begin{pmatrix} K & B \\ B^T & 0 \end{pmatrix} ,
 
-and what is left in the end, when all displacements have gone, is minus the compliance B' K^-1 B. Nothing is solved
-backwards and no factor of the whole body is kept. Where displacements are wanted for loads that come later, what each
-part has eliminated is kept instead (`DissectionFactor`). All arithmetic is on dense matrices by scipy's own BLAS.
+and the Schur complement after elimination of all displacements is minus the compliance B' K^-1 B. There is no
+backward substitution and no factor of the whole body is kept. For displacements under later loads the factors of the
+parts are kept instead (`DissectionFactor`). All arithmetic is on dense matrices by scipy's own BLAS.
 
 Sources: Przemieniecki, AIAA J. 1 (1963) 138 (substructures); Duff and Reid, ACM Trans. Math. Softw. 9 (1983) 302
 (multifrontal elimination).
@@ -38,7 +38,7 @@ _Kept = tuple[int, int, IntArray, FloatArray, FloatArray]
 def compliance_by_parts(
     stiffness: csr_matrix, free: IntArray, points: FloatArray, unit_loads: csr_matrix
 ) -> FloatArray:
-    """Displacements that loads see of one another, B' K^-1 B.
+    """Displacements at each load by the others, B' K^-1 B.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def compliance_by_parts(
     free : (m,) int array
         Unknowns that are not held.
     points : (n, 3) array [mm]
-        Places of the nodes.
+        Coordinates of the nodes.
     unit_loads : (3 n, k) sparse array
         B.
 
@@ -143,7 +143,7 @@ def _eliminated_all(
 
 
 class _Room:
-    """Memory for dense matrices that is used again: fresh pages cost more than the arithmetic on them."""
+    """Memory for dense matrices, kept for reuse: new memory pages cost more than the arithmetic on them."""
 
     def __init__(self) -> None:
         self._spare: list[FloatArray] = []
@@ -187,7 +187,7 @@ def _eliminated(
     start, end : int
         Unknowns of the part.
     below : list of (unknowns, matrix)
-        What the parts below it have handed on.
+        Schur complements passed on by the parts below it.
     place : (n + k,) int array
         To work in.
     room : _Room
@@ -245,7 +245,7 @@ def _add(target: FloatArray, rows: IntArray, columns: IntArray, values: FloatArr
 
 
 def _runs(places: IntArray) -> Iterator[tuple[slice, slice]]:
-    """Stretches in which places follow one another: where they stand, and what they say."""
+    """Runs of consecutive places: their positions in the array, and the places."""
     breaks = np.flatnonzero(places[1:] - places[:-1] != 1) + 1
     for start, end in itertools.pairwise([0, *breaks.tolist(), len(places)]):
         if end > start:

@@ -1,4 +1,4 @@
-"""A surface that may touch: quadrilaterals on the skin of a body, with the names of its real edges."""
+"""A contact surface: quadrilaterals on the skin of a body, with the names of its real edges."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Surface:
         Rows of `points`.
     edges : mapping of name to int array
         Nodes on real edges of the body, such as ``{"tip": ..., "end face": ...}``: contact there is edge contact.
-        A border of the surface without a name is one where the mesh of candidates ends but the body goes on.
+        At a border of the surface without a name the mesh of candidates ends but the body continues.
     symmetry : int array
         Nodes on planes of symmetry, where the model ends but the contact does not.
     """

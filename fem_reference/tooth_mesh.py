@@ -87,7 +87,7 @@ class ToothMesh:
     name : str
         ``"gear"`` or ``"pinion"``.
     element : str
-        The element that the node numbers are meant for.
+        The element of the node numbers.
     mesh : skfem.MeshHex or skfem.MeshHex2
     held : array of int
         Displacement nodes of the back face or bore.
@@ -100,7 +100,7 @@ class ToothMesh:
     rest : RestOfRing, optional
         Teeth that are not in the mesh and close it to a ring; without them the cut planes are free.
     inclined : bool
-        Teeth may be inclined to the sections of the mesh, so that root stress is read normal to the tooth.
+        Whether teeth may be inclined to the sections of the mesh, so that root stress is read normal to the tooth.
     """
 
     name: str

@@ -20,7 +20,7 @@ _PLACES = ("flank_height", "flank_radius")  # of `/flank`
 
 
 class WearDepth(Protocol):
-    """Depth that the gear's flank has lost along its normal."""
+    """Wear depth of the gear's flank along its normal."""
 
     def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
         """Depth at gear radii and profile coordinates [mm]."""
@@ -29,7 +29,7 @@ class WearDepth(Protocol):
 
 @dataclass(frozen=True)
 class NoWear:
-    """A fresh flank."""
+    """An unworn flank."""
 
     def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
         """Zero [mm]."""
@@ -52,7 +52,7 @@ class FlankWear:
     values: FloatArray
 
     def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
-        """Linear along the grid's own lines, so that a cusp on them stays one; beyond its ends constant [mm]."""
+        """Linear along the grid lines, which preserves a cusp on them; beyond its ends constant [mm]."""
         face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
         result = np.empty(face.shape)
         flat_face, flat_profile, flat = face.ravel(), profile.ravel(), result.reshape(-1)
@@ -104,7 +104,7 @@ def _by_labels(given: xr.DataArray) -> FloatArray:
 
 
 def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | None, pair: PairMotion) -> WearDepth:
-    """Wear depth from what a user has.
+    """Wear depth from user data.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | N
     if depth.shape != profile.shape:
         raise SceneError.of(
             "wear_depth", f"an array of shape {depth.shape}", f"(profile, face) = {profile.shape}",
-            "hand over the whole /flank group of the result, or use the same numerics",
+            "pass the whole /flank group of the result, or use the same numerics",
         )  # fmt: skip
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
         raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")

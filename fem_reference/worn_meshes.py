@@ -35,7 +35,7 @@ class FlankLoad:
     tooth : int
         As in `ToothMesh.teeth`.
     face, profile : (k,) arrays [mm]
-        Where they act.
+        Points of action.
     force : (k,) array [N]
         Into the material.
     """
@@ -136,7 +136,7 @@ def worn_body(
     teeth: int | None = 5,
     divisions: Divisions | None = None,
 ) -> WornBody:
-    """A body's mesh with all loaded flanks worn alike.
+    """A body's mesh with all loaded flanks equally worn.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def ring_influence(
     elements : int
         Along the axis, see `elements_along`.
     ground : float [mm]
-        Depth of what counts as the ground nearby.
+        Depth of the ground that belongs to the stretch of tooth.
     """
     depth = min(ground / abs(ring.held_radius - ring.foot_radius), 1.0)
     between = ring.foot_radius + depth * (ring.held_radius - ring.foot_radius)

@@ -1,8 +1,8 @@
 """Numbers that compiled transforms `load`, `store`, add and multiply together: vectors, or single numbers.
 
-Vectors use internal parts of numba (`vector_lanes`). Where a release of numba lacks them, or computes other values
-with them, a warning is given and the same transforms run on single numbers: the same results to rounding, four to
-eight times slower. The compiled code is then kept in a separate folder.
+Vectors use internal parts of numba (`vector_lanes`). If a release of numba does not have them, or computes other
+values with them, a warning is given and the same transforms run on single numbers: the same results to rounding, four
+to eight times slower. The compiled code is then kept in a separate folder.
 """
 
 from __future__ import annotations
