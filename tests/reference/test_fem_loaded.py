@@ -189,7 +189,7 @@ def test_passage_of_the_line(small: sw.Scene) -> None:
 def test_simulate_says_what_it_needs(small: sw.Scene) -> None:
     with pytest.raises(SceneError, match=r"wear"):
         simulate(small.replace({"wear": None}))
-    with pytest.raises(SceneError, match="how many meshes"):
+    with pytest.raises(SceneError, match="give the number of meshes"):
         simulate(small)  # the shipped scene wears to control depths
     with pytest.raises(SceneError, match="cycles"):
         simulate(small, meshes=1e7, cycles=0)

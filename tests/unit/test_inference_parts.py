@@ -61,7 +61,7 @@ def test_errors_are_the_mean_squares_of_the_runs_that_count_at_their_meshes(blin
         apart = (values - values.mean(axis=0)) @ blind.shapes[k]
         np.testing.assert_allclose(blind.error(k, 2.0), apart[:, 2].T @ apart[:, 2] / 24, rtol=1e-9)
         np.testing.assert_allclose(blind.error(k, 2.0, near), apart[near, 2].T @ apart[near, 2] / 16, rtol=1e-9)
-    np.testing.assert_allclose(blind.shares(np.array([1.5])) @ LEVELS**3, 1.5**3)
+    np.testing.assert_allclose(blind.weights(np.array([1.5])) @ LEVELS**3, 1.5**3)
 
 
 def test_every_channel_is_read_at_its_own_meshes(blind):
@@ -179,7 +179,7 @@ def lives_where(monkeypatch: pytest.MonkeyPatch, fails: Callable[[float], bool])
         return Measured({f"/life/{name}": np.array(value) for name, value in told.items()})
 
     monkeypatch.setattr(outcome, "_life", life)
-    return life_of(LIVES, SPEEDS, DRAWS, (20.0, "gear", 0.0, 32), places=(0, None, None))
+    return life_of(LIVES, SPEEDS, DRAWS, (20.0, "gear", 0.0, 32), where=(0, None, None))
 
 
 def test_a_few_lives_that_fail_are_left_out_and_the_hours_are_those_of_the_others(monkeypatch):

@@ -283,7 +283,10 @@ def test_the_group_is_whole(small):
     ends, hours = ratings.meshes_to_failure.values, ratings.hours_to_failure.values
     assert np.isfinite(ends[0]).all() and np.isnan(ends[1]).all()
     assert hours[0] == pytest.approx(ends[0] * (24 / 16) / 9e4)
-    for mode, words in (("pitting", "K_Halpha, K_Falpha = 1: loads are shared"), ("bending", "Y_F, Y_S = 1: ")):
+    for mode, words in (
+        ("pitting", "K_Halpha, K_Falpha = 1: the load sharing between tooth pairs is solved"),
+        ("bending", "Y_F, Y_S = 1: "),
+    ):
         assert words in ratings.attrs[mode]
     # the fine point of damage: it passes 1 where the safety passes what is required
     damage = ratings.damage_sum.sel(mode="pitting").values

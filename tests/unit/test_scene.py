@@ -316,13 +316,21 @@ class TestFieldRules:
 
     def test_missing_required_fields_are_all_named(self) -> None:
         with pytest.raises(SceneError) as caught:
-            parse_scene("")
+            parse_scene('gear_pair.type = "face_gear"')
         missing = {problem.field for problem in caught.value.problems}
         assert missing == {
             *(f"gear_pair.{line.split(' = ')[0]}" for line in REQUIRED_ONLY.splitlines()[2:11]),
             "operation.pinion_torque_Nm",
-        }
+        } - {"gear_pair.type"}
         assert all("needed by [" in problem.fix for problem in caught.value.problems)
+
+    def test_an_empty_scene_is_asked_for_its_kind_of_pair_first(self) -> None:
+        with pytest.raises(SceneError) as caught:
+            parse_scene("")
+        assert {problem.field for problem in caught.value.problems} == {
+            "gear_pair.type",
+            "operation.pinion_torque_Nm",
+        }
 
 
 INNER, OUTER = "gear_pair.gear_inner_radius_mm", "gear_pair.gear_outer_radius_mm"
