@@ -32,7 +32,7 @@ def other_numbers(tree: xr.DataTree) -> str:
 
 def advice(tree: xr.DataTree) -> str:
     """Sentences on wear steps that are too deep, and on tip edges in contact with the relief that clears them."""
-    return _advice_on("wear steps", deep_steps(tree)) + _advice_on("tips that press", pressing_tips(tree))
+    return _advice_on("wear steps", deep_steps(tree)) + _advice_on("tip edges in contact", pressing_tips(tree))
 
 
 def _advice_on(subject: str, texts: list[str]) -> str:

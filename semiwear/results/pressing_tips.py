@@ -8,11 +8,11 @@ import xarray as xr
 from semiwear.results.missing import group_of
 from semiwear.results.wearing import scene_tables
 
-_LEAST_SHARE = 0.01  # of the load: tips whose slices bear less are not reported
+_LEAST_SHARE = 0.01  # of the load: tips whose slices carry less are not reported
 
 
 def pressing_tips(tree: xr.DataTree) -> list[str]:
-    """A sentence for each tip whose slices bear more than a hundredth of the load, unworn and at the last wear step.
+    """A sentence for each tip whose slices carry more than a hundredth of the load, unworn and at the last wear step.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
             roll = float(now["roll_position"].values[int(share.argmax())])
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
             sentences.append(
-                f"{when}, the {body}'s tip presses at roll {roll:+.2f}: slices whose edge presses bear up to "
-                f"{share.max():.0%} of the load, edge and flank together, at up to {pressure:,.0f} MPa on the edge, "
-                f"a pressure that depends on how the edge is rounded{_relief(tree, step, str(body))}."
+                f"{when}, the {body}'s tip edge is in contact at roll {roll:+.2f}. The slices concerned carry up to "
+                f"{share.max():.0%} of the load, edge and flank together, with up to {pressure:,.0f} MPa on the edge, "
+                f"which depends on the edge radius{_relief(tree, step, str(body))}."
             )
     return [text.replace("-", "−") for text in sentences]
 
@@ -50,7 +50,7 @@ def _relief(tree: xr.DataTree, step: int, body: str) -> str:
         return ""
     key = f"effects.modification.{body}.tip_relief_um"
     more = "more " if step or _relieved(tree, body) else ""
-    return f"; about {relief:.2g} um {more}of tip relief ({key}) would take most of that off it"
+    return f"; about {relief:.2g} um {more}of tip relief ({key}) would relieve most of it"
 
 
 def _relieved(tree: xr.DataTree, body: str) -> bool:

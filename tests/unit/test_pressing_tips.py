@@ -63,8 +63,8 @@ def test_what_presses_is_told_in_words(pressed):
     texts = pressing_tips(pressed)
     assert len(texts) == 4
     relief = pressed["history"].tip_relief_to_free.values[0]
-    assert texts[1].startswith("Unworn, the gear's tip presses at roll −0.71: slices whose edge presses bear up to ")
-    told = " um of tip relief (effects.modification.gear.tip_relief_um) would take most of that off it"
+    assert texts[1].startswith("Unworn, the gear's tip edge is in contact at roll −0.71. The slices concerned carry up to ")
+    told = " um of tip relief (effects.modification.gear.tip_relief_um) would relieve most of it"
     assert f"; about {relief[1]:.2g}{told}" in texts[1]
     free = pressed.copy(deep=True)
     free["engagement"].tip_load_share[:] = 0.0
@@ -85,10 +85,10 @@ def test_run_and_report_say_it(tmp_path, capsys, unseen):
     scene = tmp_path / "scene.toml"
     scene.write_text(SPUR.to_toml(), encoding="utf-8")
     assert main(["run", str(scene), "--report", str(tmp_path / "a.html")]) == 0
-    assert "the gear's tip presses at roll −0.71" in capsys.readouterr().out
+    assert "the gear's tip edge is in contact at roll −0.71" in capsys.readouterr().out
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert "Advice: tips that press" in page
-    assert "tip presses at roll −0.71" in page
+    assert "tip edge is in contact at roll −0.71" in page
 
 
 def test_the_picture_hatches_where_edges_alone_bear(pressed):
