@@ -87,7 +87,7 @@ def test_run_and_report_say_it(tmp_path, capsys, unseen):
     assert main(["run", str(scene), "--report", str(tmp_path / "a.html")]) == 0
     assert "the gear's tip edge is in contact at roll −0.71" in capsys.readouterr().out
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert "Advice: tips that press" in page
+    assert "Advice: tip edges in contact" in page
     assert "tip edge is in contact at roll −0.71" in page
 
 
