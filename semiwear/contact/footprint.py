@@ -244,12 +244,12 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     p, q, count = first * parts, end * parts + 1, ZERO
     if to_low and gap.low_radius > 0.0:
         count = add_arc(gap, -1.0, depth, u, g, count)
-    if row.place[p] <= gap.low + _SAME * width:
+    if row.place[p] <= gap.low:
         u[count], g[count] = start, gap_at(gap, start)
         count += 1
         while p < q and row.place[p] <= start + _SAME * width:
             p += 1
-    cut = row.place[q - 1] >= gap.high - _SAME * width
+    cut = row.place[q - 1] >= gap.high
     while cut and q > p and row.place[q - 1] >= stop - _SAME * width:
         q -= 1
     inner = count + q - p

@@ -3,6 +3,8 @@
 Refused: a named error that says what and what to try. `--hypothesis-profile=nightly` runs ten times the examples.
 """
 
+from __future__ import annotations
+
 import tempfile
 from math import pi
 from pathlib import Path

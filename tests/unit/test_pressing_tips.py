@@ -63,7 +63,7 @@ def test_what_presses_is_told_in_words(pressed):
     texts = pressing_tips(pressed)
     assert len(texts) == 4
     relief = pressed["history"].tip_relief_to_free.values[0]
-    assert texts[1].startswith("Unworn, the gear's tip edge is in contact at roll −0.71. The slices concerned carry up to ")
+    assert texts[1].startswith("Unworn, the gear's tip edge is in contact at roll −0.71. Its slices carry up to ")
     told = " um of tip relief (effects.modification.gear.tip_relief_um) would relieve most of it"
     assert f"; about {relief[1]:.2g}{told}" in texts[1]
     free = pressed.copy(deep=True)
