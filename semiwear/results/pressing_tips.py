@@ -35,7 +35,7 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
             sentences.append(
                 f"{when}, the {body}'s tip edge is in contact at roll {roll:+.2f}. Its slices carry "
-                f"up to {share.max():.0%} of the load, edge and flank together, with up to {pressure:,.0f} MPa on the "
+                f"up to {share.max():.0%} of the load, edge and flank together, at up to {pressure:,.0f} MPa on the "
                 f"edge, which depends on the edge radius{_relief(tree, step, str(body))}."
             )
     return [text.replace("-", "−") for text in sentences]
