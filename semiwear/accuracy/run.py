@@ -25,12 +25,13 @@ from semiwear.errors import ConvergenceError
 from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
+from semiwear.scene.tables import MOST_PEAK_POSITIONS
 from semiwear.simulate import ADAPTIVE_STATES, NoProgress, Progress, require_checkpoint
 from semiwear.simulate import simulate as simulate_as_given
 
 ROUNDS = 3  # final runs at most
 _SHARE = 0.85  # of the accuracy for the resolution; errors add as squares, so that half is left for the wear steps
-_PEAKS, _MOST_PEAKS = 8.0, 10_000  # peak positions times the accuracy: these miss half of it (192: 2.2 %)
+_PEAKS = 8.0  # peak positions times the accuracy: these miss half of it (192: 2.2 %)
 _PILOT_STATES = 4  # worn states of a coarse run
 
 
@@ -101,7 +102,7 @@ def simulate(
         return simulate_as_given(scene, progress=progress, checkpoint=checkpoint, resume=resume)
     require_checkpoint(checkpoint, resume)  # before the coarse runs
     if scene.numerics.peak_positions is None:
-        count = min(math.ceil(_PEAKS / scene.numerics.accuracy), _MOST_PEAKS)
+        count = min(math.ceil(_PEAKS / scene.numerics.accuracy), MOST_PEAK_POSITIONS)
         scene = scene.replace({"numerics.peak_positions": count})
     return _Search(scene, progress or NoProgress()).run(checkpoint, resume)
 

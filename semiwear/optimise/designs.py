@@ -14,6 +14,7 @@ from semiwear.errors import SceneError
 from semiwear.optimise.quantity import Limit, Quantity, measure_of_quantities
 from semiwear.optimise.space import Space
 from semiwear.scene import Scene
+from semiwear.scene.tables import MOST_PEAK_POSITIONS
 from semiwear.sweep.measure import Measure, Measured
 from semiwear.sweep.outcome import solve
 from semiwear.sweep.processes import Crew
@@ -23,7 +24,7 @@ COARSE, OWN, DOUBLED = RESOLUTIONS = ("coarse", "own", "doubled")
 """Resolutions of a design: that of the search, the scene's own, and twice that."""
 
 _WITH_PEAKS = "/history/transmission_error_amplitude"
-_PEAK_POSITIONS, _MOST_PEAKS = 192, 10_000  # of [numerics]
+_PEAK_POSITIONS = 192  # of [numerics]
 _GRID = tuple(parameter for parameter in PARAMETERS if parameter.name != "harmonics")
 
 
@@ -205,7 +206,7 @@ def at_resolution(scene: Scene, resolution: str, *, peaks: bool = False) -> Scen
     changes = {}
     if peaks:
         count = scene.numerics.peak_positions or _PEAK_POSITIONS
-        changes["numerics.peak_positions"] = count if resolution == COARSE else min(2 * count, _MOST_PEAKS)
+        changes["numerics.peak_positions"] = count if resolution == COARSE else min(2 * count, MOST_PEAK_POSITIONS)
     for parameter in _GRID:
         value = int(getattr(scene.numerics, parameter.name))
         new = min(value, parameter.start) if resolution == COARSE else max(min(2 * value, parameter.most), value)

@@ -28,6 +28,7 @@ from semiwear.scene.values import number, whole
 
 __all__ = [
     "BODIES",
+    "MOST_PEAK_POSITIONS",
     "RESOLUTION",
     "BodyCoefficients",
     "BodyData",
@@ -211,6 +212,8 @@ def default_watched_body(worn: tuple[str, ...]) -> str:
 
 RESOLUTION = ("wear_steps", "roll_positions", "face_slices", "cells_per_half_width", "profile_points", "harmonics")
 """Fields of `Numerics` that are chosen for a requested accuracy."""
+MOST_PEAK_POSITIONS = 10_000
+"""Greatest `numerics.peak_positions`."""
 
 
 def _whole_or_auto(most: int) -> Rule:
@@ -249,7 +252,7 @@ class Numerics:
         between(whole, 8, 10_000, "24 is usual"), "Roll positions per mesh cycle.", default=24
     )
     peak_positions: int | None = declared(
-        between(whole, 8, 10_000, "192 is usual"),
+        between(whole, 8, MOST_PEAK_POSITIONS, "192 is usual"),
         "Roll positions per mesh cycle only for the amplitude of the transmission error: near its possible peaks, "
         "positions are solved at the spacing of this number. Left out: only `roll_positions`, between which peaks "
         "may lie; with `accuracy`, as many as it needs.",
