@@ -56,7 +56,7 @@ def emulated_samples(
     Raises
     ------
     SemiwearError
-        The error of a quantity stays above the limit, or a life has no end.
+        Not all samples may be solved, and the error of a quantity stays above the limit or a life has no end.
     """
     columns = [
         np.log(values[:, k]) if isinstance(distribution, LogNormal) else values[:, k]
@@ -68,13 +68,14 @@ def emulated_samples(
     count = first_solved(inputs.shape[1], most)
     while True:
         found = solve(count)
+        if count == len(values):
+            return _whole(found, dict(quantities_of(found)), values, distributions), {}
         good = found["status"].values == Status.DONE
         _require_ends(found)
         quantities, errors, shares = _emulated(found, inputs, good)
         far = {name: share for name, share in shares.items() if not share <= limit}
         if not far:
-            whole = _whole(found, quantities, values, distributions)
-            return whole, errors if count < len(values) else {}
+            return _whole(found, quantities, values, distributions), errors
         if 2 * count > most:
             raise SemiwearError(_refusal(far, limit, count))
         count *= 2
@@ -120,7 +121,7 @@ def _refusal(far: Mapping[str, float], limit: float, count: int) -> str:
     more = f" and {len(worst) - _MOST_LISTED} more" if len(worst) > _MOST_LISTED else ""
     return (
         f"emulate: after {count} solved samples errors are above {limit:g} of a standard deviation: {listed}{more}; "
-        "measure fewer quantities, give more samples (all of which may be solved), a greater emulate, or leave it out"
+        "measure fewer quantities, give more samples, a greater emulate, or leave it out"
     )
 
 

@@ -74,7 +74,8 @@ def scatter(
     emulate : float, optional
         Solve only some of the samples, and emulate the rest (extra ``infer``): greatest stated error of the emulator,
         within which 95 % of new samples lie, over a quantity's standard deviation. Further samples are solved, up to
-        `samples`, until it is met; intervals of quantiles and probabilities are wider by it.
+        `samples`, until it is met; intervals of quantiles and probabilities are wider by it. If all samples are solved
+        they count alone.
     measure, store, progress
         As of `sweep`; the value at the end of the run counts.
     crew : int, str or distributed.Client, optional
@@ -89,7 +90,7 @@ def scatter(
     SceneError
         With all faults, before anything runs.
     SemiwearError
-        The emulator's error stays above the limit.
+        The emulator's error stays above the limit, and `sensitivity` takes more scenes than may be solved.
     MissingExtraError
         Emulation is requested without scikit-learn.
 

@@ -316,7 +316,7 @@ def noisy(solved, monkeypatch):
 
 def test_an_emulator_that_is_not_good_enough_is_refused(solved, noisy):
     with pytest.raises(SemiwearError, match=r"after 64 solved samples errors are above 0.1 .*load_share_max"):
-        sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.1, crew=0)
+        sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, sensitivity=True, emulate=0.1, crew=0)
     with pytest.raises(SceneError, match="emulate"):
         sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=-1, crew=0)
 
@@ -440,7 +440,7 @@ def test_emulation_without_scatter_or_its_extra_is_refused(solved, sweep_study, 
 
 
 def test_a_study_whose_emulator_is_too_rough_says_so(solved, noisy, sweep_study, tmp_path, capsys):
-    assert sweep_study(EMULATED.replace("128", "64")) != 0
+    assert sweep_study(EMULATED.replace("128", "64\nsensitivity = true")) != 0
     assert "after 64 solved samples errors are above 0.05 of a standard deviation" in capsys.readouterr().err
     assert len(list((tmp_path / "study.nc.scenes").glob("*.npz"))) == 64 and not (tmp_path / "study.nc").exists()
 
@@ -511,6 +511,12 @@ def test_the_first_failure_ends_a_life_before_its_depth(solved):
     assert not (ends == found.values("meshes_to_limit")).any()
     reached = found.reached_before([ends.max() * 1.001, ends.min() * 0.999])
     assert reached["probability"].values.tolist() == [1.0, 0.0] and reached.attrs["ends"] == "the life ends"
+
+
+def test_samples_that_are_all_solved_need_no_emulator(solved, noisy):
+    found = sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.1, crew=0)
+    assert len(solved) == 64 and not found.samples["emulated"].any() and not found.errors
+    assert np.ptp(found.values("load_share_max")) > 0.0
 
 
 def test_samples_that_are_all_solved_have_the_intervals_of_solved_ones(solved):
