@@ -74,8 +74,8 @@ def scatter(
     emulate : float, optional
         Solve only some of the samples, and emulate the rest (extra ``infer``): greatest stated error of the emulator,
         within which 95 % of new samples lie, over a quantity's standard deviation. Further samples are solved, up to
-        `samples`, until it is met; intervals of quantiles and probabilities are wider by it. If all samples are solved
-        they count alone.
+        `samples`, until it is met; intervals of quantiles and probabilities are wider by it. Where all of them
+        are solved, there is no emulator.
     measure, store, progress
         As of `sweep`; the value at the end of the run counts.
     crew : int, str or distributed.Client, optional
