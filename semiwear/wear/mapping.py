@@ -25,7 +25,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.step_influence import CyclesTo, SpreadLoad, StepInfluence, followed, mean_mesh
+from semiwear.wear.step_influence import CyclesTo, SpreadLoad, StepInfluence, followed
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import WearMultipliers, Worn
 
@@ -147,14 +147,12 @@ class InterpolatedWear:
         on_edges : (body,) array [mm^3]
             Volume worn off beyond the nodes of each flank in these slices, off the roundings of edges.
         """
-        spread, shares = by_width(influence.teeth, weighted_loads), [own.share for own in influence.widths]
-        meshes = [own.mesh(load.line_load, slices) for own, load in zip(influence.widths, spread, strict=True)]
-        mesh = mean_mesh([mesh for mesh, _ in meshes], shares)
-        taken = reduce(np.add, [share * own for share, (_, own) in zip(shares, meshes, strict=True)])
+        spread = by_width(influence.widths[0].teeth, weighted_loads)
+        mesh, taken = influence.mesh([load.line_load for load in spread], slices)
         on_edges = np.zeros(len(BODIES))
         on_edges[DRIVEN] = multipliers.driven * taken[DRIVEN, 1]
         on_edges[DRIVING] = multipliers.driving * taken[DRIVING, 1]
-        return self._after(influence.start, mesh, multipliers, 1.0), on_edges
+        return self._after(influence.course.shapes[0], mesh, multipliers, 1.0), on_edges
 
     def _after(self, worn: Worn, mesh: Worn, multipliers: WearMultipliers, share: float) -> Worn:
         """Wear depths after a share of the step, from the p |v_s| dt of a mesh."""
@@ -208,12 +206,12 @@ class MarchedWear:
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As `InterpolatedWear.worn`; a single cycle is a plain explicit step."""
-        teeth, motion, worn = influence.teeth, influence.motion, influence.start
+        teeth, motion, worn = influence.widths[0].teeth, influence.widths[0].motion, influence.course.shapes[0]
         chosen, multiplier = _chosen(teeth, slices), multipliers.driven
         pressed, beyond = _marched(weighted_loads, chosen)
         marched, on_edges = wear_depth(multiplier, pressed), np.zeros(len(BODIES))
         on_edges[DRIVEN] = multiplier * beyond
-        if len(influence.parts) == 1:
+        if len(influence.course.parts) == 1:
             return Worn(worn.driven + marched), on_edges
         swept, swept_on_edges = self.swept.worn(influence, weighted_loads, multipliers, slices)
         removed, mesh = teeth.removed(*worn), np.zeros_like(marched)

@@ -18,7 +18,7 @@ is of third order; with a_c = 0 it is of second order. All weights are positive:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import reduce
 from typing import NamedTuple
 
@@ -76,50 +76,22 @@ _MOST_SCALED = 3.0  # line load over the predicted one up to which its footprint
 _EXTRA_CYCLES = 4  # in which footprints of greater loads are found; few loads are so far from the prediction
 
 
-@dataclass(frozen=True)
-class StepInfluence:
-    """Wear of one mesh as a linear function of the line loads, averaged over the cycles of a step.
+class WearCourse(NamedTuple):
+    """Wear depths through the cycles of a step.
 
     Attributes
     ----------
-    teeth : LoadedTeeth
-    motion : Sweep
-    line_load : (roll, face) array [N/mm]
-        Predicted line loads, under which the footprints were found.
     shapes : sequence of Worn
-        Wear depths at the start of every cycle and at the end of the step.
+        At the start of every cycle and at the end of the step.
     met : sequence of Worn
-        Wear depths on which the footprints of every cycle were found.
+        On which the footprints of every cycle were found.
     parts : sequence of float
         Lengths of the cycles; their sum is the number of cycles.
-    driven, driving : FootprintRows
-        Footprints on each flank, summed over the cycles; None for a driving flank that does not wear.
-    share : float
-        Share of the meshes with these line loads.
-    others : sequence of StepInfluence
-        Influences of the other meshes, with footprints of other widths, over the same cycles.
     """
 
-    teeth: LoadedTeeth
-    motion: Sweep
-    line_load: FloatArray
     shapes: Sequence[Worn]
     met: Sequence[Worn]
     parts: Sequence[float]
-    driven: FootprintRows
-    driving: FootprintRows | None = None
-    share: float = 1.0
-    others: Sequence[StepInfluence] = ()
-
-    @property
-    def widths(self) -> Sequence[StepInfluence]:
-        """Influences of all widths of footprints, each with its own line loads and share."""
-        return (self, *self.others)
-
-    @property
-    def start(self) -> Worn:
-        """Wear depths at the start of the step."""
-        return self.shapes[0]
 
     def at(self, share: float) -> Worn:
         """Wear depths after a share of the step under the predicted loads."""
@@ -130,6 +102,22 @@ class StepInfluence:
         before, after = self.shapes[cycle : cycle + 2]
         return after if weight == 1.0 else before.towards(weight, after)
 
+
+@dataclass(frozen=True)
+class StepInfluence:
+    """Wear of one mesh as a linear function of the line loads, averaged over the cycles of a step.
+
+    Attributes
+    ----------
+    course : WearCourse
+        Under the predicted loads.
+    widths : sequence of WidthInfluence
+        Footprints of every width.
+    """
+
+    course: WearCourse
+    widths: Sequence[WidthInfluence]
+
     def differs_from(self, line_loads: Sequence[FloatArray]) -> float:
         """Relative difference of line loads, (roll, face) [N/mm] for each width, from the predicted ones."""
         pairs = list(zip(self.widths, line_loads, strict=True))
@@ -137,12 +125,13 @@ class StepInfluence:
         difference = sum(own.share * float(np.abs(load - own.line_load).sum()) for own, load in pairs)
         return difference / total if total > 0.0 else 0.0  # loads are weighted by wear laws, which may leave no wear
 
-    def mesh(self, line_load: FloatArray, slices: IntArray) -> tuple[Worn, FloatArray]:
-        """Sum of p |v_s| dt over one mesh under line loads with footprints of this width, on both flanks.
+    def mesh(self, line_loads: Sequence[FloatArray], slices: IntArray) -> tuple[Worn, FloatArray]:
+        """Sum of p |v_s| dt over one mesh under these line loads, on both flanks.
 
         Parameters
         ----------
-        line_load : (roll, face) array [N/mm]
+        line_loads : sequence of arrays (roll, face) [N/mm]
+            For each width.
         slices : int array
             Slices to evaluate; the others stay zero.
 
@@ -153,9 +142,41 @@ class StepInfluence:
         taken : (body, 2) array [N mm]
             As in `wear_of_mesh`.
         """
+        found = [own.mesh(load, slices, self.course) for own, load in zip(self.widths, line_loads, strict=True)]
+        shares = [own.share for own in self.widths]
+        taken = reduce(np.add, [share * own for share, (_, own) in zip(shares, found, strict=True)])
+        return _mean([mesh for mesh, _ in found], shares), taken
+
+
+@dataclass(frozen=True)
+class WidthInfluence:
+    """Footprints of one width on both flanks.
+
+    Attributes
+    ----------
+    teeth : LoadedTeeth
+        With the half-width of these footprints.
+    motion : Sweep
+    line_load : (roll, face) array [N/mm]
+        Predicted line loads, under which the footprints were found.
+    share : float
+        Share of the meshes with these line loads.
+    driven, driving : FootprintRows
+        Footprints on each flank, summed over the cycles; None for a driving flank that does not wear.
+    """
+
+    teeth: LoadedTeeth
+    motion: Sweep
+    line_load: FloatArray
+    share: float
+    driven: FootprintRows
+    driving: FootprintRows | None = None
+
+    def mesh(self, line_load: FloatArray, slices: IntArray, course: WearCourse) -> tuple[Worn, FloatArray]:
+        """As `StepInfluence.mesh`, for the line loads of this width."""
         teeth, covered = self.teeth, np.minimum(line_load, _MOST_SCALED * self.line_load)
         times = np.divide(covered, self.line_load, out=np.zeros_like(covered), where=self.line_load > 0.0)
-        times /= sum(self.parts)
+        times /= sum(course.parts)
         taken, driving = np.zeros((len(BODIES), 2)), None
         if self.driving is not None and teeth.driving is not None:
             slices = teeth.driving.beside(slices)
@@ -163,20 +184,22 @@ class StepInfluence:
         driven, taken[DRIVEN] = sum_of_rows(self.driven, times, teeth.grid, slices)
         mesh, rest = Worn(driven, driving), np.zeros_like(covered)
         rest[:, slices] = (line_load - covered)[:, slices]
-        return (mesh, taken) if not rest.any() else self._with(rest, slices, mesh, taken)
+        return (mesh, taken) if not rest.any() else self._with(rest, slices, course, mesh, taken)
 
-    def _with(self, rest: FloatArray, slices: IntArray, mesh: Worn, taken: FloatArray) -> tuple[Worn, FloatArray]:
+    def _with(
+        self, rest: FloatArray, slices: IntArray, course: WearCourse, mesh: Worn, taken: FloatArray
+    ) -> tuple[Worn, FloatArray]:
         """The same with the wear of line loads that have no kept footprints, found on the flanks of some cycles."""
-        meshes, before = _MeshWear(self.teeth, self.motion, rest, slices), self.start
-        count = len(self.parts)
+        meshes, before = _MeshWear(self.teeth, self.motion, rest, slices), course.shapes[0]
+        count = len(course.parts)
         if not self.teeth.smooth:  # smooth results use all cycles: a choice of them would change with their number
             count = min(count, _EXTRA_CYCLES)
-        chosen = np.linspace(0, len(self.parts) - 1, count, dtype=int)
-        shares = np.array(self.parts)[chosen] / sum(self.parts[cycle] for cycle in chosen)
+        chosen = np.linspace(0, len(course.parts) - 1, count, dtype=int)
+        shares = np.array(course.parts)[chosen] / sum(course.parts[cycle] for cycle in chosen)
         for cycle, share in zip(chosen, shares, strict=True):
-            extra, extra_taken = meshes.over(self.met[cycle], before)
+            extra, extra_taken = meshes.over(course.met[cycle], before)
             mesh, taken = mesh.plus(share, extra), taken + share * extra_taken
-            before = self.met[cycle]
+            before = course.met[cycle]
         return mesh, taken
 
 
@@ -206,7 +229,7 @@ def followed(
 
     def mesh_over(met: Worn, before: Worn, part: float = 1.0) -> Worn:
         meshes = [own.over(met, before, part)[0] for own in of_widths]
-        return mean_mesh(meshes, [load.share for load in spread])
+        return _mean(meshes, [load.share for load in spread])
 
     mesh = mesh_over(worn, worn)
     if callable(cycles):
@@ -219,17 +242,15 @@ def followed(
         met.append(after(shapes[-1], mesh, ahead / number) if ahead else shapes[-1])
         mesh = mesh_over(met[-1], met[-2], part)
     shapes.append(after(shapes[-1], mesh, parts[-1] / number))
-    influences: list[StepInfluence] = []
+    widths: list[WidthInfluence] = []
     for own, load in zip(of_widths, spread, strict=True):
         driving, driven = own.rows
         assert driven is not None
-        influences.append(
-            StepInfluence(load.teeth, motion, load.line_load, shapes, met, parts, driven, driving, load.share)
-        )
-    return replace(influences[0], others=influences[1:])
+        widths.append(WidthInfluence(load.teeth, motion, load.line_load, load.share, driven, driving))
+    return StepInfluence(WearCourse(shapes, met, parts), widths)
 
 
-def mean_mesh(meshes: Sequence[Worn], shares: Sequence[float]) -> Worn:
+def _mean(meshes: Sequence[Worn], shares: Sequence[float]) -> Worn:
     """Mean of the wear of meshes with footprints of different widths, weighted by their shares."""
     if len(meshes) == 1:
         return meshes[0]

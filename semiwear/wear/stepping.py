@@ -185,7 +185,7 @@ class WearStepper:
         step = _Step(self, state)
         step.follow([loaded.loads for loaded in state.loaded], meshes, Cycles(1.0))
         assert step.influence is not None
-        return self.footprints_between(state, step.influence.shapes[-1])
+        return self.footprints_between(state, step.influence.course.shapes[-1])
 
     def footprints_between(self, state: WearState, worn: Worn) -> float:
         """Greatest wear of both bodies between a state and worn flanks, in footprint depths."""
@@ -341,10 +341,10 @@ class _Step:
         self.predicted = loads
         self.follow(loads, whole, partial(self._cycles_to, roughly=roughly))
         assert self.influence is not None
-        worn = self.influence.at(meshes / whole)
+        worn = self.influence.course.at(meshes / whole)
         for case, of_case in zip(self.cases, loads, strict=True):
             case.correct(worn, of_case, meshes)
-        return self.influence.shapes[-1]
+        return self.influence.course.shapes[-1]
 
     def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: CyclesTo | None = None) -> None:
         """Wear the flanks under given loads in cycles, and keep every footprint (`step_influence`)."""

@@ -12,7 +12,7 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
 from semiwear.wear import step_influence
 from semiwear.wear.footprint_rows import no_rows
-from semiwear.wear.step_influence import Cycles, SpreadLoad, StepInfluence, followed, mean_mesh
+from semiwear.wear.step_influence import Cycles, SpreadLoad, StepInfluence, followed
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh, worn_sweep
 from semiwear.wear.worn import Worn
 from tests.scenes import TINY
@@ -87,15 +87,16 @@ def close(one: Worn, other: Worn, within: float = 1e-12) -> None:
 @pytest.mark.parametrize("cycles", [1.0, 3.0, 3.4])
 def test_the_loads_that_were_followed_wear_what_was_followed(case, cycles, ahead):
     influence = case.followed(case.line_load, cycles, ahead)
-    assert len(influence.shapes) == len(influence.parts) + 1 and sum(influence.parts) == pytest.approx(cycles)
-    mesh, taken = influence.mesh(case.line_load, all_slices(case))
-    close(after(case.worn, mesh, 1.0), influence.shapes[-1])
+    course = influence.course
+    assert len(course.shapes) == len(course.parts) + 1 and sum(course.parts) == pytest.approx(cycles)
+    mesh, taken = influence.mesh([case.line_load], all_slices(case))
+    close(after(case.worn, mesh, 1.0), influence.course.shapes[-1])
     assert (taken[:, 0] >= taken[:, 1]).all() and taken[DRIVEN, 0] > 0.0
     assert (taken[DRIVING, 0] > 0.0) == (case.teeth.driving is not None)
 
 
 def test_of_one_cycle_it_is_the_wear_of_the_flanks_as_they_are(case):
-    mesh, taken = case.followed(case.line_load, 1.0).mesh(case.line_load, all_slices(case))
+    mesh, taken = case.followed(case.line_load, 1.0).mesh([case.line_load], all_slices(case))
     expected, expected_taken = case.found(case.line_load)
     close(mesh, expected)
     np.testing.assert_allclose(taken, expected_taken, rtol=1e-12)
@@ -105,10 +106,10 @@ def test_it_is_linear_in_each_load(case):
     influence, slices = case.followed(case.line_load, 3.0), all_slices(case)
     times = np.linspace(0.0, 2.9, case.line_load.size).reshape(case.line_load.shape)
     some, others = (
-        influence.mesh(times * case.line_load, slices),
-        influence.mesh((3.0 - times) * case.line_load, slices),
+        influence.mesh([times * case.line_load], slices),
+        influence.mesh([(3.0 - times) * case.line_load], slices),
     )
-    whole = influence.mesh(3.0 * case.line_load, slices)
+    whole = influence.mesh([3.0 * case.line_load], slices)
     close(some[0].plus(1.0, others[0]), whole[0])
     np.testing.assert_allclose(some[1] + others[1], whole[1], rtol=1e-12)
 
@@ -117,10 +118,10 @@ def test_slices_whose_loads_were_not_predicted_are_found_on_the_flanks(case):
     late = case.line_load.copy()
     late[:, 3:] = 0.0
     influence = case.followed(late, 1.0)
-    close(influence.mesh(case.line_load, all_slices(case))[0], case.found(case.line_load)[0])
+    close(influence.mesh([case.line_load], all_slices(case))[0], case.found(case.line_load)[0])
     # and where they wear on, between what the first and the last of the flanks would have them wear
     ends = [Case(case.teeth, case.motion, worn, case.line_load).found(case.line_load)[0] for worn in case_ends(case)]
-    mesh = case.followed(late, 5.0).mesh(case.line_load, all_slices(case))[0]
+    mesh = case.followed(late, 5.0).mesh([case.line_load], all_slices(case))[0]
     total = mesh.driven[4:].sum()
     low, high = sorted(float(one.driven[4:].sum()) for one in ends)
     assert 0.999 * low < total < 1.001 * high
@@ -134,24 +135,24 @@ def test_unpredicted_loads_are_found_on_the_flanks_that_the_others_met(case, mon
     monkeypatch.setattr(
         step_influence._MeshWear, "over", lambda self, worn, *rest: met.append(worn) or over(self, worn, *rest)
     )
-    influence.mesh(case.line_load, all_slices(case))
-    assert len(met) == 3 and all(one is other for one, other in zip(met, influence.met, strict=True))
+    influence.mesh([case.line_load], all_slices(case))
+    assert len(met) == 3 and all(one is other for one, other in zip(met, influence.course.met, strict=True))
     assert len({id(one) for one in met}) == 3
 
 
 @pytest.mark.parametrize("cycles", [2.0, 3.0, 3.4, 6.0])
 def test_cycles_that_look_ahead_find_footprints_about_the_middle_of_the_step(case, cycles):
     """Of a short one, in which all wears evenly: by their lengths they are found there on average."""
-    influence = case.followed(case.line_load, cycles, 1.0, 0.01 * STEP)
-    start, end = influence.shapes[0].driven, influence.shapes[-1].driven
-    met = sum(part * one.driven for part, one in zip(influence.parts, influence.met, strict=True)) / cycles
+    course = case.followed(case.line_load, cycles, 1.0, 0.01 * STEP).course
+    start, end = course.shapes[0].driven, course.shapes[-1].driven
+    met = sum(part * one.driven for part, one in zip(course.parts, course.met, strict=True)) / cycles
     np.testing.assert_allclose(met - start, 0.5 * (end - start), atol=2e-2 * (end - start).max())
 
 
 def case_ends(case: Case) -> tuple[Worn, Worn]:
     """Flanks before and after the step, of whose slices some wear."""
     influence = case.followed(case.line_load, 5.0)
-    return influence.shapes[0], influence.shapes[-1]
+    return influence.course.shapes[0], influence.course.shapes[-1]
 
 
 def test_a_load_far_above_the_predicted_one_changes_over_evenly(case):
@@ -162,25 +163,25 @@ def test_a_load_far_above_the_predicted_one_changes_over_evenly(case):
     loads = [case.line_load.copy() for _ in range(3)]
     for share, one in zip((0.6 - 1e-7, 0.6, 0.6 + 1e-7), loads, strict=True):
         one[:, 4] *= share  # three times the predicted one
-    below, at, above = (influence.mesh(one, slices)[0].driven for one in loads)
+    below, at, above = (influence.mesh([one], slices)[0].driven for one in loads)
     rise = np.abs(at - below).max()
     assert 0.0 < rise < 1e-6 * at.max() and np.abs(above - at).max() < 3.0 * rise
 
 
 def test_flanks_between_cycles(case):
     influence = case.followed(case.line_load, 2.5)
-    close(influence.at(0.0), influence.shapes[0])
-    close(influence.at(1.0), influence.shapes[-1])
-    first, second = influence.shapes[1:3]
-    close(influence.at(0.6), first.plus(0.5, second.plus(-1.0, first)))
+    close(influence.course.at(0.0), influence.course.shapes[0])
+    close(influence.course.at(1.0), influence.course.shapes[-1])
+    first, second = influence.course.shapes[1:3]
+    close(influence.course.at(0.6), first.plus(0.5, second.plus(-1.0, first)))
 
 
 def test_three_cycles_that_look_ahead_err_less_than_six_that_do_not(case):
     step = 0.3 * STEP
-    exact = case.followed(case.line_load, 48.0, 1.0, step).shapes[-1]
+    exact = case.followed(case.line_load, 48.0, 1.0, step).course.shapes[-1]
 
     def error(cycles: float, ahead: float) -> float:
-        apart = case.followed(case.line_load, cycles, ahead, step).shapes[-1].plus(-1.0, exact)
+        apart = case.followed(case.line_load, cycles, ahead, step).course.shapes[-1].plus(-1.0, exact)
         return float(np.sqrt(sum(np.sum(np.square(one)) for one in apart if one is not None)))
 
     plain, ahead = [error(cycles, 0.0) for cycles in (3.0, 6.0)], [error(cycles, 1.0) for cycles in (3.0, 6.0)]
@@ -199,13 +200,21 @@ def test_footprints_of_two_widths_wear_the_same_flanks(case, cycles):
     load, wears = case.line_load, Cycles(cycles)
     spread = [SpreadLoad(case.teeth, load, 0.25), SpreadLoad(wide, 0.5 * load, 0.75)]
     both = followed(spread, case.motion, case.worn, after, wears)
-    meshes = [one.mesh(part.line_load, slices)[0] for one, part in zip(both.widths, spread, strict=True)]
-    close(case.worn.plus(STEP, mean_mesh(meshes, [0.25, 0.75])), both.shapes[-1])
+    meshes = [one.mesh(part.line_load, slices, both.course)[0] for one, part in zip(both.widths, spread, strict=True)]
+    mesh = both.mesh([load.line_load for load in spread], slices)[0]
+    close(
+        mesh,
+        meshes[0].towards(0.75, meshes[1]),
+    )
+    close(case.worn.plus(STEP, mesh), both.course.shapes[-1])
     assert both.differs_from([load, load]) == pytest.approx(0.375)
     if cycles == 1.0:
         for teeth, part, mesh in zip((case.teeth, wide), spread, meshes, strict=True):
             alone = followed([SpreadLoad(teeth, part.line_load)], case.motion, case.worn, after, wears)
-            close(mesh, alone.mesh(part.line_load, slices)[0])
+            close(mesh, alone.mesh([part.line_load], slices)[0])
         assert np.abs(meshes[0].driven - 2.0 * meshes[1].driven).max() > 0.05 * meshes[0].driven.max()
     alike = [SpreadLoad(case.teeth, load, share) for share in (0.25, 0.75)]
-    close(followed(alike, case.motion, case.worn, after, wears).shapes[-1], case.followed(load, cycles).shapes[-1])
+    close(
+        followed(alike, case.motion, case.worn, after, wears).course.shapes[-1],
+        case.followed(load, cycles).course.shapes[-1],
+    )
