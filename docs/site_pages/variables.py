@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import starmap
 
 from semiwear.results import COORDINATES, GROUPS, Variable
 from semiwear.results.schema import variables_of
@@ -39,7 +40,14 @@ def _entry(entry: Variable) -> Iterator[str]:
         said.append("Labels: " + ", ".join(f"`{label}`" for label in entry.labels) + ".")
     if entry.absent:
         said.append(f"NaN where {entry.absent}.")
-    if entry.optional:
+    if entry.needs:
+        said.append(f"In results of scenes with {' and '.join(starmap(_need, entry.needs.items()))}.")
+    elif entry.optional:
         said.append("Not in every result.")
     yield f": {' '.join(said)} Source: {entry.references}."
     yield ""
+
+
+def _need(key: str, value: bool | str) -> str:
+    """A field that a scene must give, or the value that it must have."""
+    return f"`{key}`" if value is True else f'`{key}` "{value}"'

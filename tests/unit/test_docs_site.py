@@ -54,6 +54,7 @@ def test_every_variable_stands_on_the_page_with_unit_and_source(reference: dict[
         assert head.endswith(entry.units if entry.units != "1" else "pure number or text"), entry.path
         said = rest.partition("\n\n")[0].rstrip()
         assert entry.long_name[1:] in said and said.endswith(f"Source: {entry.references}."), entry.path
+        assert all(f"`{key}`" in said for key in entry.needs), entry.path
 
 
 def test_every_effect_command_and_public_name_has_its_place(reference: dict[str, str]) -> None:
