@@ -43,17 +43,16 @@ effects.modification.pinion = ["none", {tip_relief_um = 20}]
 @pytest.fixture
 def solved(monkeypatch):
     scenes = []
+    whole = synthetic_tree(3, profiles=4, faces=3, mesh_positions=3)
+    made_up = {name: whole[name].to_dataset() for name in ("history", "life")}
 
     def simulate(scene):
         scenes.append(scene)
         torque, misaligned = scene.operation.pinion_torque_Nm, scene.effects.misalignment
         if torque == 1600 and misaligned is not None and misaligned.offset_mm == 0.1:
             raise ConvergenceError("load <sharing> stopped")
-        tree = synthetic_tree(3, profiles=4, faces=3, mesh_positions=3)
-        history = tree["history"].to_dataset()
         shift = 1.0 + (misaligned.offset_mm if misaligned else 0.0)
-        tree["history"] = xr.DataTree(history * torque * shift)
-        return tree
+        return xr.DataTree.from_dict(made_up | {"history": made_up["history"] * torque * shift})
 
     monkeypatch.setattr(outcome, "simulate", simulate)
     monkeypatch.setattr(outcome, "simulate_as_given", lambda scene, **_: outcome.simulate(scene))
@@ -218,7 +217,7 @@ VARIED = {
 
 
 @pytest.mark.parametrize("name", VARIED)
-def test_a_page_is_whole_and_stands_alone(solved, tmp_path, name):
+def test_a_page_is_whole_and_stands_alone(solved, unseen, tmp_path, name):
     found = sw.sweep(SHIPPED, VARIED[name], workers=0)
     checker = Checker()
     checker.feed(write_sweep_report(found, tmp_path / "page.html").read_text())
