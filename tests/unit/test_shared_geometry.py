@@ -15,7 +15,7 @@ from semiwear.plan import effects, kept_lines, plan, teeth
 from semiwear.wear.followed_gap import FollowedGap
 from semiwear.wear.swept_line import wear_of_both_flanks, worn_sweep
 
-SMALL = {"numerics.face_slices": 15, "numerics.roll_positions": 8, "numerics.harmonics": 9}
+SMALL = {"numerics.face_slices": 15, "numerics.roll_positions": 8, "numerics.harmonics": 3}
 
 
 def forget() -> None:
