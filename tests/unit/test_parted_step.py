@@ -130,7 +130,7 @@ def test_parts_err_less_than_whole_steps(monkeypatch: pytest.MonkeyPatch) -> Non
         return float(abs(found - short).max() / short.max())
 
     scene = scene_of(TINY, BOTH, wears=True)
-    short = last(scene.replace({"wear.until.control_depths_um": [0.25 * (k + 1) for k in range(32)]}))
+    short = last(scene.replace({"wear.until.control_depths_um": [0.5 * (k + 1) for k in range(16)]}))
     parted = error(last(scene))
     monkeypatch.setattr(Plan, "depth_of_part", lambda *_: None)
     whole = error(last(scene))

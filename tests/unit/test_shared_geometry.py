@@ -55,7 +55,7 @@ def alone(scene: sw.Scene) -> xr.DataTree:
         {"operation.pinion_torque_Nm": 50.0},
         {"effects.misalignment.offset_mm": 0.1},
         {"gear_pair.gear_tip_edge_radius_mm": 0.3},
-        {"material.gear.youngs_modulus_MPa": 110e3},
+        {"material.pinion.youngs_modulus_MPa": 110e3},
     ],
 )
 def test_a_run_is_the_same_whatever_ran_before(scene: sw.Scene, alone: xr.DataTree, before: dict[str, float]) -> None:
