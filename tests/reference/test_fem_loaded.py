@@ -81,6 +81,7 @@ def test_even_wear_turns_the_gear_and_nothing_else(small: sw.Scene, solved: xr.D
         assert worn["engagement"][name].values == pytest.approx(solved["engagement"][name].values, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_mesh_too_coarse_is_refused(small: sw.Scene) -> None:
     with pytest.raises(ContactMeshError, match="elements_per_half_width"):
         loaded_contact(

@@ -107,7 +107,7 @@ def shares(monkeypatch: pytest.MonkeyPatch) -> list[list[float]]:
     return found
 
 
-@pytest.mark.parametrize("scheme", ["implicit", "two-stage"])
+@pytest.mark.parametrize("scheme", ["implicit", pytest.param("two-stage", marks=pytest.mark.slow)])
 def test_a_deep_step_ends_where_a_run_to_its_parts_does(scheme: str, shares: list[list[float]]) -> None:
     depth = 8.0
     scene = scene_of(
