@@ -69,7 +69,7 @@ class TwoResults:
         """
         found = []
         for tree, index in zip(self.trees, step, strict=True):
-            dataset = tree[group].to_dataset()
+            dataset = tree[group].dataset
             array = away_from_edges(dataset) if name == "contact_pressure_max" else dataset[name]
             found.append(np.asarray(array.isel(wear_step=index) if "wear_step" in array.dims else array, dtype=float))
         return found[0], found[1]
@@ -87,7 +87,7 @@ class TwoResults:
 
 def has(tree: xr.DataTree, group: str, name: str) -> bool:
     """Whether a result holds a variable or coordinate."""
-    return name in group_of(tree, group).variables
+    return group in tree.children and name in tree[group].variables
 
 
 def fidelity(tree: xr.DataTree) -> str:

@@ -112,19 +112,20 @@ def _requested(names: object, problems: list[Problem]) -> tuple[object, ...]:
 def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
     """Variables of a result that are numbers; those that it does not have are left out."""
     found, coords = dict[str, np.ndarray](), dict[str, np.ndarray]()
+    datasets = {group: node.dataset for group, node in tree.children.items()}
     for path in measure.variables:
         group, name = path[1:].split("/")
-        if group not in tree.children or name not in tree[group].data_vars:
+        if group not in datasets or name not in datasets[group].data_vars:
             continue
-        array = tree[group].dataset[name]
+        array = datasets[group][name]
         if not is_numeric(array.values):
             continue
         for dim in map(str, array.dims):
             if dim != _STEPS and dim in array.coords:
                 coords[dim] = np.asarray(array[dim].values)
         found[path] = _kept(array.values, tuple(map(str, array.dims)), measure)
-    if "history" in tree.children:
-        found[MESHES] = _kept(tree["history"].dataset["meshes"].values, COORDINATES["meshes"].dims, measure)
+    if "history" in datasets:
+        found[MESHES] = _kept(datasets["history"]["meshes"].values, COORDINATES["meshes"].dims, measure)
     return Measured(found, coords)
 
 

@@ -215,8 +215,10 @@ def helicoid(
 
 @pytest.mark.parametrize(
     "placement",
-    [Placement(), Placement(0.1, -0.2, 0.05, 1.5, -2.0)],
-    ids=["aligned", "misplaced"],
+    [
+        pytest.param(Placement(), marks=pytest.mark.slow, id="aligned"),
+        pytest.param(Placement(0.1, -0.2, 0.05, 1.5, -2.0), id="misplaced"),
+    ],
 )
 def test_separation_is_the_distance_between_the_surfaces(kind, placement):
     pair = CylindricalMesh(kind.table, placement)

@@ -81,11 +81,13 @@ def test_even_wear_turns_the_gear_and_nothing_else(small: sw.Scene, solved: xr.D
         assert worn["engagement"][name].values == pytest.approx(solved["engagement"][name].values, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_mesh_too_coarse_is_refused(small: sw.Scene) -> None:
     with pytest.raises(ContactMeshError, match="elements_per_half_width"):
         loaded_contact(
-            small, [POSITION], elements_per_half_width=0.25, element_length=12.0, pinion_teeth=5, root_stress=False
-        )
+            small, [POSITION], elements_per_half_width=0.25, element_length=12.0, teeth=5, pinion_teeth=5,
+            root_stress=False,
+        )  # fmt: skip
 
 
 def test_impossible_requests_are_refused(small: sw.Scene) -> None:
@@ -97,6 +99,7 @@ def test_impossible_requests_are_refused(small: sw.Scene) -> None:
         loaded_contact(small, [0.0], placement=sw.Placement(axial_pinion_mm=200.0))
 
 
+@pytest.mark.slow
 def test_forces_keep_their_sum_and_moment_on_the_root_meshes(shipped: sw.Scene) -> None:
     mesh = RootStress(shipped).meshes["gear"]
     grid = mesh.flanks[0, LOADED]

@@ -131,7 +131,7 @@ def inside(x: float, depth: float) -> float:
     return float((1.0 + POISSON) / pi / YOUNG * (depth**2 / square - (1.0 - POISSON) * np.log(square)))
 
 
-@pytest.fixture(scope="module", params=["pinion", "gear"])
+@pytest.fixture(scope="module", params=["pinion", pytest.param("gear", marks=pytest.mark.slow)])
 def tooth(request: pytest.FixtureRequest) -> PlaneTooth:
     shape = plan(sw.load_scene("face_gear_25x160")).flank_pair().prism_body(["pinion", "gear"].index(request.param))
     return PlaneTooth(section_mesh(shape.sections[len(shape.sections) // 2], heights=24, elements_across=8))

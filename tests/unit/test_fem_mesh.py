@@ -159,6 +159,7 @@ def test_elements_are_short_where_contact_may_end(build):
     assert len(length) < 60
 
 
+@pytest.mark.slow
 def test_bodies_are_refined_where_either_ends():
     """A pinion narrower than the gear: the gear's elements are short where the pinion ends, which lies within it."""
     scene = with_pair(pinion_face_width_mm=50.0, pinion_end_edge_radius_mm=0.3)

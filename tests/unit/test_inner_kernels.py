@@ -12,7 +12,13 @@ from semiwear import kernel_cache
 from semiwear.contact.position_solver import share_torque
 from semiwear.contact.problem import picked
 from semiwear.kernel_cache import inner_njit, njit
-from tests.unit.test_architecture import trees
+from tests.unit.test_architecture import MODULES, parsed
+
+
+def trees() -> dict[str, ast.Module]:
+    """Modules that may have kernels or tuples with names: the others need not be parsed."""
+    texts = {name: path.read_text(encoding="utf-8") for name, path in MODULES.items()}
+    return {name: parsed(MODULES[name]) for name, text in texts.items() if "njit" in text or "NamedTuple" in text}
 
 
 def kernels(tree: ast.Module) -> dict[str, tuple[str, ast.FunctionDef]]:

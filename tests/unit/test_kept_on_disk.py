@@ -11,6 +11,7 @@ import semiwear as sw
 from semiwear import kept_on_disk as module
 from semiwear.kept_on_disk import kept_on_disk
 from semiwear.plan import teeth
+from tests.scenes import TINY
 
 CALLS: list[float] = []
 
@@ -134,10 +135,11 @@ def test_longest_unused_go_first(folder: Path, monkeypatch: pytest.MonkeyPatch) 
     assert CALLS == [1.0, 2.0, 3.0]
 
 
+@pytest.mark.slow
 def test_teeth_are_the_same_to_the_bit(folder: Path) -> None:
     """Computed and read: helical teeth with their ends and wheels."""
     scene = sw.load_scene("spur_fzg_c").replace(
-        {"gear_pair.helix_angle_deg": 20.0, "gear_pair.centre_distance_mm": None, "numerics.harmonics": 5}
+        TINY | {"gear_pair.helix_angle_deg": 20.0, "gear_pair.centre_distance_mm": None}
     )
 
     def matrix() -> np.ndarray:

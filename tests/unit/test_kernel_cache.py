@@ -119,6 +119,7 @@ def test_kernels_go_to_a_private_folder_with_one_line_of_warning(installed):
         assert str(kept) in line and "NUMBA_CACHE_DIR" in line
 
 
+@pytest.mark.slow
 def test_a_folder_that_others_can_write_is_not_trusted(installed):
     temporary = installed / "shared"
     temporary.mkdir()

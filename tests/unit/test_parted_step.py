@@ -107,7 +107,7 @@ def shares(monkeypatch: pytest.MonkeyPatch) -> list[list[float]]:
     return found
 
 
-@pytest.mark.parametrize("scheme", ["implicit", "two-stage"])
+@pytest.mark.parametrize("scheme", ["implicit", pytest.param("two-stage", marks=pytest.mark.slow)])
 def test_a_deep_step_ends_where_a_run_to_its_parts_does(scheme: str, shares: list[list[float]]) -> None:
     depth = 8.0
     scene = scene_of(
@@ -130,7 +130,7 @@ def test_parts_err_less_than_whole_steps(monkeypatch: pytest.MonkeyPatch) -> Non
         return float(abs(found - short).max() / short.max())
 
     scene = scene_of(TINY, BOTH, wears=True)
-    short = last(scene.replace({"wear.until.control_depths_um": [0.25 * (k + 1) for k in range(32)]}))
+    short = last(scene.replace({"wear.until.control_depths_um": [0.5 * (k + 1) for k in range(16)]}))
     parted = error(last(scene))
     monkeypatch.setattr(Plan, "depth_of_part", lambda *_: None)
     whole = error(last(scene))

@@ -63,7 +63,7 @@ def test_a_life_alone_is_that_of_a_whole_run():
 @pytest.mark.parametrize("wears", [["gear"], ["pinion", "gear"]])
 def test_meshes_are_inverse_to_the_coefficient_as_runs_of_each_find(wears):
     """As exactly as the searches for the meshes go on in the same steps: to rounding."""
-    scene = SHIPPED.replace({**RIGID, "wear.worn_bodies": wears, "wear.until.control_depths_um": [3, 6]})
+    scene = SHIPPED.replace({**RIGID, **TINY, "wear.worn_bodies": wears, "wear.until.control_depths_um": [3, 6]})
     found = sw.sweep(scene, {K: [1e-13, 3e-12]}, workers=0)
     own = sw.simulate(scene.replace({K: 3e-12}))["history"].to_dataset()
     for name in ("meshes", "wear_depth_max", "load_share_max", "contact_pressure_pitch"):

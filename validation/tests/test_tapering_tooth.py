@@ -18,6 +18,8 @@ from semiwear.plan.teeth import tooth_compliance
 from semiwear.scene import Placement
 from validation.single_tooth import PATH
 
+pytestmark = pytest.mark.slow  # the prisms of the shipped scene
+
 SPREAD = 5.0  # mm
 
 
