@@ -163,7 +163,7 @@ def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) ->
         # consecutive rows, since every second point of the sequence lies in the same half of a coordinate
         for column, rows in zip(fixed, np.array_split(np.arange(1, _CANDIDATES // 2), fixed.size), strict=True):
             points[rows, column] = drawn[rows, column]
-    return np.stack([space.snapped(point) for point in points])
+    return space.snapped(points)
 
 
 def _best_of(surrogate: Surrogate, points: FloatArray, margin: float) -> FloatArray | None:
