@@ -173,6 +173,7 @@ def test_single_stiffness_against_iso_6336(spur, teeth):
     assert stiffness(single, 0.0) == pytest.approx(theoretical_stiffness(*teeth), rel=0.15)
 
 
+@pytest.mark.slow
 def test_mesh_stiffness_against_iso_6336(spur):
     """c_gamma = c' (0.75 eps_alpha + 0.25), and its growth with the number of teeth."""
     found, expected = [], []
@@ -372,6 +373,7 @@ def exchanged(scene: sw.Scene) -> sw.Scene:
     return scene.replace(changes)
 
 
+@pytest.mark.slow
 def test_a_pair_told_from_the_other_side_bears_alike():
     """Where its tip edges take the load over, one of them does some 0.002 base pitches sooner: see the README."""
     scene = sw.load_scene("spur_fzg_c").replace({"wear": None, "numerics.face_slices": 11, "numerics.harmonics": 9})

@@ -107,7 +107,7 @@ def of_trend(name):
     ("name", "sign"),
     [
         ("torque [N m]", -1.0),
-        ("module [mm]", 1.0),
+        pytest.param("module [mm]", 1.0, marks=pytest.mark.slow),
         pytest.param("helix angle [deg]", 1.0, marks=pytest.mark.slow),
     ],
 )
@@ -145,7 +145,7 @@ LESS = {"numerics.face_slices": 15, "numerics.roll_positions": 24}
     ("before", "after", "sign"),
     [
         ({}, {"torque": 1200.0}, -1.0),
-        ({}, {"module": 5.0}, 1.0),
+        pytest.param({}, {"module": 5.0}, 1.0, marks=pytest.mark.slow),
         # from spur to helical the standards change the load that they rate: from thirds to the mean
         pytest.param({"helix": 12.0}, {"helix": 24.0}, 1.0, marks=pytest.mark.slow),
     ],
