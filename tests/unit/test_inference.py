@@ -80,7 +80,7 @@ def solved(monkeypatch):
 
 @pytest.fixture
 def short(monkeypatch):
-    """Chains of a tenth of the steps: enough where nothing is asked of how draws are spread."""
+    """Chains of a tenth of the steps: enough where no more is asked of draws than a range."""
     monkeypatch.setattr(import_module("semiwear.inference.sampling"), "_BLOCK", 40)
 
 
@@ -114,7 +114,7 @@ def test_a_reading_that_says_nothing_leaves_the_prior(solved):
     assert len(found.not_told_apart) == 2 and all("hardly determined" in line for line in found.not_told_apart)
 
 
-def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved):
+def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved, short):
     found = infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 200)}, amplitude(8.0, 0.02))
     product = found.of(K) * found.of(TORQUE)
     assert product.std() / product.mean() < 0.01 and found.of(TORQUE).std() / 1600.0 > 0.08
@@ -129,7 +129,7 @@ def test_an_unworn_reading_says_nothing_of_wear(solved):
     assert found.shares_of_prior[0] == pytest.approx(1.0, abs=0.06)
 
 
-def test_points_and_a_curve_tell_together(solved):
+def test_points_and_a_curve_tell_together(solved, short):
     """k, torque and offset: a curve of a mean that is open, and points of the flank, of twice the meshes."""
     k, torque = 1.2e-13, 1700.0
     depth = float(depth_of(torque, 0.0, np.array(MESHES * 1.2)))
