@@ -80,8 +80,8 @@ def solved(monkeypatch):
 
 @pytest.fixture
 def short(monkeypatch):
-    """Chains of a tenth of the steps: enough where no more is asked of draws than a range."""
-    monkeypatch.setattr(import_module("semiwear.inference.sampling"), "_BLOCK", 40)
+    """Chains of a twentieth of the steps: enough where no more is asked of draws than a range."""
+    monkeypatch.setattr(import_module("semiwear.inference.sampling"), "_BLOCK", 20)
 
 
 def amplitude(depth: float, error: float, **options: float) -> sw.Reading:
