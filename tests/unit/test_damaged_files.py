@@ -175,7 +175,10 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("kind", DAMAGES)
+SLOWER = {"the mark alone", "a bit at the start"}  # each takes a process, like one that is cut off in the middle
+
+
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow) if k in SLOWER else k for k in DAMAGES])
 def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind):
     path = tmp_path / "worn.nc"
     damage, words = DAMAGES[kind]
