@@ -209,6 +209,7 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
         yield problem_of(scene, "rack_addendum_mm", f"{up(low)} to below {down(high)} mm", fix)
 
 
+@lru_cache(maxsize=16)  # studies mostly vary other tables
 def edge_limits(mesh: FaceGearMesh) -> tuple[float, float]:
     """Tip edge radii of pinion and gear at which no top land, or no flank, would be left [mm]; 0 for a sharp edge."""
     tooth, pinion = mesh.gear, mesh.pinion
@@ -256,7 +257,7 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator
         yield Problem("wear.control_point.radius_mm", point.radius_mm, allowed, fix)
 
 
-@lru_cache(maxsize=16)  # takes most of the time of a scene's checks, and studies mostly vary other tables
+@lru_cache(maxsize=16)  # takes most of the time of a scene's checks
 def _reach(mesh: FaceGearMesh, radius: float, body: int) -> tuple[float, float]:
     """Least and greatest height of the active flank of a body at a gear radius [mm].
 

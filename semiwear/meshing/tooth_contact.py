@@ -336,6 +336,7 @@ def _principal(hessian: FloatArray, tangents: FloatArray) -> tuple[FloatArray, F
     return values, along / np.linalg.norm(along, axis=1)[:, None]
 
 
+@lru_cache(maxsize=8)
 def _ends(pair: FlankPair) -> tuple[float, float]:
     """First and last roll position at which the pair touches inside its borders, or else is the nearest pair."""
     start, stop, per_roll = _SEARCH

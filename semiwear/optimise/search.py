@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -154,7 +155,7 @@ def finite_of(values: FloatArray) -> FloatArray:
 
 def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) -> FloatArray:
     """Designs about a centre (n, fields), the centre first; with `choices` half of them change one of its choices."""
-    drawn = qmc.Sobol(len(centre), scramble=True, seed=_SEED).random(_CANDIDATES)
+    drawn = _drawn(len(centre))
     free = space.continuous
     points = np.tile(centre, (_CANDIDATES, 1))
     points[1:, free] = np.clip(centre[free] + radius * (2.0 * drawn[1:, free] - 1.0), 0.0, 1.0)
@@ -163,7 +164,13 @@ def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) ->
         # consecutive rows, since every second point of the sequence lies in the same half of a coordinate
         for column, rows in zip(fixed, np.array_split(np.arange(1, _CANDIDATES // 2), fixed.size), strict=True):
             points[rows, column] = drawn[rows, column]
-    return np.stack([space.snapped(point) for point in points])
+    return space.snapped(points)
+
+
+@lru_cache(maxsize=4)
+def _drawn(fields: int) -> FloatArray:
+    """Points of the unit cube that are drawn about every centre (n, fields)."""
+    return np.asarray(qmc.Sobol(fields, scramble=True, seed=_SEED).random(_CANDIDATES))
 
 
 def _best_of(surrogate: Surrogate, points: FloatArray, margin: float) -> FloatArray | None:

@@ -80,12 +80,13 @@ class Space:
         """Fields of the scene for a design, (fields,) in [0, 1]."""
         return {field.key: field.value(float(x)) for field, x in zip(self.fields, design, strict=True)}
 
-    def snapped(self, design: FloatArray) -> FloatArray:
-        """The same design, with every choice moved to the middle of its interval."""
-        snapped = np.clip(design, 0.0, 1.0)
+    def snapped(self, designs: FloatArray) -> FloatArray:
+        """The same designs (..., fields), with every choice moved to the middle of its interval."""
+        snapped = np.clip(designs, 0.0, 1.0)
         for k, field in enumerate(self.fields):
             if not field.continuous:
-                snapped[k] = (field.index(float(snapped[k])) + 0.5) / len(field.values)
+                count = len(field.values)
+                snapped[..., k] = (np.minimum(np.floor(snapped[..., k] * count), count - 1) + 0.5) / count
         return snapped
 
     def start(self, scene: Scene) -> FloatArray:

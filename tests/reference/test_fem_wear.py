@@ -23,7 +23,7 @@ def fresh(small: sw.Scene) -> RigidFlank:
 
 @pytest.fixture(scope="module")
 def passage(fresh: RigidFlank) -> Passage:
-    return Passage.of(fresh)
+    return Passage.of(fresh, -0.6, 0.6)
 
 
 @pytest.fixture(scope="module")

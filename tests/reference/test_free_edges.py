@@ -107,6 +107,7 @@ def one_body(centres: np.ndarray, half_width: float, depth: float | None, streng
 STRIPE = 2.0 / np.sqrt(3.0) * HALF
 
 
+@pytest.mark.slow
 def test_images_against_finite_elements(quarter_space):
     by_edge, _, centres, _ = quarter_space
     found = one_body(centres, STRIPE, None)
@@ -120,6 +121,7 @@ def test_images_against_finite_elements(quarter_space):
     assert np.abs(np.diag(found) - np.diag(by_edge))[1:].max() < 0.01 * whole.max()
 
 
+@pytest.mark.slow
 def test_local_part_against_finite_elements(quarter_space):
     """Surface less mid-surface, which is what tooth compliance leaves over."""
     by_edge, below, centres, depth = quarter_space

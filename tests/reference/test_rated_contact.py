@@ -165,6 +165,7 @@ def test_wear_takes_from_the_case():
     assert worn > material_exposure(1500.0, 0.4, material)[0]
 
 
+@pytest.mark.slow
 def test_flanks_given_as_points_are_rated_alike(here, tmp_path):
     """The same teeth as grids of points, which know no involute."""
     points = exported(SPUR, tmp_path)

@@ -55,7 +55,13 @@ def test_a_smooth_run_is_that_of_the_scene(scene: sw.Scene) -> None:
         np.testing.assert_allclose(smooth[name], plain[name], rtol=0.01, err_msg=name)
 
 
-@pytest.mark.parametrize("key", ["material.gear.poissons_ratio", "gear_pair.pinion_face_width_mm"])
+@pytest.mark.parametrize(
+    "key",
+    [
+        "material.gear.poissons_ratio",
+        pytest.param("gear_pair.pinion_face_width_mm", marks=pytest.mark.slow),
+    ],
+)
 def test_prisms_on_a_line_are_those_of_the_gears(scene: sw.Scene, key: str) -> None:
     group, *rest = key.split(".")
     at = getattr(scene, group)

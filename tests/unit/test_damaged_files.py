@@ -19,6 +19,15 @@ from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek, remove_
 from tests.strategies.results import synthetic_tree
 
 TREE = synthetic_tree(3, profiles=5, faces=4, mesh_positions=4)
+
+
+def part(*groups):
+    """A result of some of the groups: what damages one needs no others."""
+    return xr.DataTree.from_dict(
+        {"/": TREE.to_dataset(), **{f"/{group}": TREE[group].to_dataset() for group in groups}}
+    )
+
+
 ANEW = "compute it anew: semiwear run SCENE -o FILE"
 
 
@@ -31,7 +40,7 @@ def whole(tmp_path_factory):
 
 def _saved(path):
     other = path.with_name("other.nc")
-    save(TREE, other)
+    save(part("history"), other)
     return other.rename(path).read_bytes()
 
 
@@ -48,11 +57,11 @@ def flipped(place):
     return damage
 
 
-def sealed(change):
-    """A file with a good seal around what `change` makes of a result."""
+def sealed(change, group="history"):
+    """A file with a good seal around what `change` makes of a result of one group."""
 
     def damage(path, whole):
-        tree = TREE.copy(deep=True)
+        tree = part(group).copy(deep=True)
         changed = change(tree)
         (tree if changed is None else changed).to_netcdf(path, engine="netcdf4")
         seal(path)
@@ -69,7 +78,7 @@ def without(group, name):
     def change(tree):
         tree[group] = xr.DataTree(tree[group].to_dataset().drop_vars(name))
 
-    return sealed(change)
+    return sealed(change, group)
 
 
 def with_variable(path, change):
@@ -79,16 +88,11 @@ def with_variable(path, change):
         dataset = tree[group].to_dataset()
         tree[group] = xr.DataTree(dataset.assign({name: change(dataset[name])}))
 
-    return sealed(damage)
+    return sealed(damage, group)
 
 
 def only(*groups):
-    def change(tree):
-        return xr.DataTree.from_dict(
-            {"/": tree.to_dataset(), **{f"/{group}": tree[group].to_dataset() for group in groups}}
-        )
-
-    return sealed(change)
+    return sealed(lambda tree: part(*groups))
 
 
 def version(text):
@@ -171,7 +175,10 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("kind", DAMAGES)
+SLOWER = {"the mark alone", "a bit at the start"}  # each takes a process, like one that is cut off in the middle
+
+
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow) if k in SLOWER else k for k in DAMAGES])
 def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind):
     path = tmp_path / "worn.nc"
     damage, words = DAMAGES[kind]
@@ -215,9 +222,9 @@ def test_what_others_add_is_no_damage(tmp_path, whole, kind, recwarn):
         assert found[group].to_dataset().identical(TREE[group].to_dataset())
 
 
-def test_data_that_others_change_are_named(tmp_path, whole):
+def test_data_that_others_change_are_named(tmp_path):
     path = tmp_path / "worn.nc"
-    path.write_bytes(whole)
+    save(part("history"), path)
     with netCDF4.Dataset(path, "a") as opened:
         opened["history/load_share_max"][1] = 0.5
     with pytest.warns(UserWarning, match=r"worn\.nc: /history/load_share_max changed after semiwear saved them"):
@@ -232,7 +239,7 @@ def test_data_that_others_change_are_named(tmp_path, whole):
 def test_what_was_saved_carries_its_seal_and_is_opened_without_a_process(tmp_path, whole, monkeypatch, chunk):
     monkeypatch.setattr(files, "_CHUNK", chunk)
     path = tmp_path / "worn.nc"
-    save(TREE, path)
+    save(part("history"), path)
     content = path.read_bytes()
     assert content[-48:] == b"semiwear sha256:" + hashlib.sha256(content[:-48]).digest()
     monkeypatch.setattr(files, "_probe", lambda source: pytest.fail("a sealed file was probed"))

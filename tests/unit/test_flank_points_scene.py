@@ -15,7 +15,7 @@ from semiwear.check import geometric_problems
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.point_grid import PointGrid, read_point_grid, write_point_grid
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
-from semiwear.scene import FlankPointsPair, Placement, parse_scene
+from semiwear.scene import FlankPointsPair, Placement, parse_scene, scene_from_dict
 from tests.scenes import TINY, problems_of
 from tests.strategies.bevel import BevelPair
 from tests.strategies.point_flanks import bevel_scene, exported, scene_of
@@ -112,9 +112,9 @@ def test_finite_elements_say_that_they_cannot(scene):
 
 def test_a_changed_file_makes_another_table(data, tmp_path):
     table = with_grid(data, tmp_path, lambda grid: grid)
-    before = scene_of(table).gear_pair
+    before = scene_from_dict(table).gear_pair
     with_grid(data, tmp_path, lambda grid: replace(grid, points=grid.points + 1e-4))
-    after = scene_of(table).gear_pair
+    after = scene_from_dict(table).gear_pair
     assert before != after
     assert hash(before) != hash(after)
 
@@ -369,7 +369,7 @@ def test_what_cannot_be_exported(arguments, key, tmp_path):
 
 def test_points_are_exported_again(scene, data, tmp_path):
     """The pair of points hands its own flanks on."""
-    again = scene_of(exported(scene, tmp_path, (41, 31)))
+    again = scene_from_dict(exported(scene, tmp_path, (41, 31)))
     first, second = (flank_pair(one.gear_pair, Placement()).flanks for one in (scene, again))
     for mine, other in zip(first.bodies, second.bodies, strict=True):
         places = np.linspace(0.05, 0.95, 7)

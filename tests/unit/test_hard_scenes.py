@@ -330,7 +330,7 @@ def test_edges_that_were_pressed_stay_so_while_a_state_is_found():
 
 def test_a_narrow_pressed_edge_yields_as_its_plane_contact():
     """Approach and its change by the load, though load sharing takes no line for as narrow."""
-    teeth = plan(SHIPPED.replace(MEDIUM)).loaded_teeth()
+    teeth = plan(SHIPPED.replace(MEDIUM | {"numerics.harmonics": 3})).loaded_teeth()
     problem, worn = teeth.problem, teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
     loads = teeth.fidelity.solve(problem, worn)
     edged = teeth.fidelity.with_edges(problem, worn, loads, worn)

@@ -78,6 +78,12 @@ def solved(monkeypatch):
     return scenes
 
 
+@pytest.fixture
+def short(monkeypatch):
+    """Chains of a twentieth of the steps: enough where no more is asked of draws than a range."""
+    monkeypatch.setattr(import_module("semiwear.inference.sampling"), "_BLOCK", 20)
+
+
 def amplitude(depth: float, error: float, **options: float) -> sw.Reading:
     return sw.Reading("transmission_error_amplitude", 2.0 * (2.0 + 0.3 * depth), error, **options)
 
@@ -108,7 +114,7 @@ def test_a_reading_that_says_nothing_leaves_the_prior(solved):
     assert len(found.not_told_apart) == 2 and all("hardly determined" in line for line in found.not_told_apart)
 
 
-def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved):
+def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved, short):
     found = infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 200)}, amplitude(8.0, 0.02))
     product = found.of(K) * found.of(TORQUE)
     assert product.std() / product.mean() < 0.01 and found.of(TORQUE).std() / 1600.0 > 0.08
@@ -123,7 +129,7 @@ def test_an_unworn_reading_says_nothing_of_wear(solved):
     assert found.shares_of_prior[0] == pytest.approx(1.0, abs=0.06)
 
 
-def test_points_and_a_curve_tell_together(solved):
+def test_points_and_a_curve_tell_together(solved, short):
     """k, torque and offset: a curve of a mean that is open, and points of the flank, of twice the meshes."""
     k, torque = 1.2e-13, 1700.0
     depth = float(depth_of(torque, 0.0, np.array(MESHES * 1.2)))
@@ -142,7 +148,7 @@ def test_points_and_a_curve_tell_together(solved):
     assert [round(misfit) for _, _, misfit in found.fitted()] in ([0, 0], [0, 1], [1, 0], [1, 1])
 
 
-def test_life_is_inverse_to_the_coefficient(solved, monkeypatch):
+def test_life_is_inverse_to_the_coefficient(solved, short, monkeypatch):
     """The life at every draw: of the formula, emulated over torque, and inverse to k."""
 
     def life(task):
@@ -166,7 +172,7 @@ def test_life_is_inverse_to_the_coefficient(solved, monkeypatch):
 
 
 @pytest.mark.parametrize("unknown", [{SPEED: sw.Uniform(500, 3000)}, {}])
-def test_hours_of_a_life_are_at_the_speed_of_each_draw(solved, monkeypatch, unknown):
+def test_hours_of_a_life_are_at_the_speed_of_each_draw(solved, short, monkeypatch, unknown):
     """A speed that wear does not know: meshes are those of the coefficient, hours those over each draw's speed."""
 
     def life(task):
@@ -189,7 +195,7 @@ def test_hours_of_a_life_are_at_the_speed_of_each_draw(solved, monkeypatch, unkn
         lives.hours(1.0)
 
 
-def test_lives_without_end_outlive_all_others(solved, monkeypatch):
+def test_lives_without_end_outlive_all_others(solved, short, monkeypatch):
     """Half of the torques wear no further before the depth: so many lives are infinite, the others as they were."""
 
     def life(task):
@@ -317,7 +323,7 @@ def test_a_flank_of_no_or_of_any_datum_is_read(scene, datum):
     assert np.isfinite(channel.evidence(profile.reshape(-1, 1)).centres).all()
 
 
-def test_an_emulator_that_stays_too_rough_is_refused(solved, monkeypatch):
+def test_an_emulator_that_stays_too_rough_is_refused(solved, short, monkeypatch):
     """Runs that scatter by far more than the measurement's error."""
     simulate, rough = outcome.simulate, np.random.default_rng(0)
 
@@ -336,7 +342,7 @@ def test_an_emulator_that_stays_too_rough_is_refused(solved, monkeypatch):
         infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 100)}, amplitude(8.0, 0.001), emulator_share=0.05)
 
 
-def test_a_field_that_was_not_inferred_is_told(solved):
+def test_a_field_that_was_not_inferred_is_told(solved, short):
     found = infer({K: COEFFICIENT}, amplitude(8.0, 0.1))
     with pytest.raises(SemiwearError, match="did you mean"):
         found.of("coefficient_mm2")
@@ -344,7 +350,7 @@ def test_a_field_that_was_not_inferred_is_told(solved):
         found.quantile(K, 0.0)
 
 
-def test_fields_of_one_name_are_told_apart(solved):
+def test_fields_of_one_name_are_told_apart(solved, short):
     """Crowning of both bodies: each has its draws, and a name of its own."""
     crowning = [f"effects.modification.{body}.crowning_um" for body in ("pinion", "gear")]
     found = infer({key: sw.Uniform(1.0 + k, 1.5 + k) for k, key in enumerate(crowning)}, amplitude(10.0, 0.5))
@@ -377,7 +383,7 @@ file = "curve.csv"
 """
 
 
-def test_a_study_file(solved, tmp_path, monkeypatch, capsys):
+def test_a_study_file(solved, short, unseen, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
     (tmp_path / "study.toml").write_text(STUDY)
@@ -543,7 +549,7 @@ def test_no_body_is_asked_for_without_a_life(solved, told_of, capsys):
     assert "allowed: a table [wear]" in told and "life_body" not in told
 
 
-def test_draws_are_written_before_a_life_fails(solved, tmp_path, monkeypatch, capsys):
+def test_draws_are_written_before_a_life_fails(solved, short, tmp_path, monkeypatch, capsys):
     """A depth within its range that the flank cannot be worn to."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
@@ -560,7 +566,7 @@ def test_draws_are_written_before_a_life_fails(solved, tmp_path, monkeypatch, ca
         assert draws.sizes["draw"] > 1000
 
 
-def test_a_stopped_inference_says_which_runs_are_kept(solved, tmp_path, monkeypatch, capsys):
+def test_a_stopped_inference_says_which_runs_are_kept(solved, short, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
     simulate = outcome.simulate

@@ -83,7 +83,7 @@ def test_fresh_flanks_are_those_of_no_wear(run):
     np.testing.assert_allclose(rated, run["ratings"].safety.values[:, :1], rtol=1e-5)
 
 
-def test_a_state_with_ratings_can_be_reported(tmp_path):
+def test_a_state_with_ratings_can_be_reported(tmp_path, unseen):
     text = write_report(sw.loaded_contact(SMALL, meshes=1e7), tmp_path / "state.html").read_text(encoding="utf-8")
     assert "Safeties of the failure modes" in text
 

@@ -65,7 +65,7 @@ def bowl(x: float, y: float) -> float:
 
 def test_the_bottom_of_a_bowl_is_found(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
     formulas["/history/wear_depth_max"] = bowl
-    best = sw.optimise(scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max", workers=0)
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max", most=40, workers=0)
     assert best.changes[PINION] == pytest.approx(42.0, abs=1.5)
     assert best.changes[GEAR] == pytest.approx(24.0, abs=1.5)
     assert best.scene.numerics == scene.numerics
@@ -81,7 +81,7 @@ def test_limits_hold_on_the_fine_grid_although_the_coarse_one_says_less(
     formulas["/history/transmission_error_amplitude"] = lambda x, y: 1.0 + 0.02 * x
     best = sw.optimise(
         scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max",
-        subject_to={"transmission_error_amplitude": "<= 1.6"}, workers=0,
+        subject_to={"transmission_error_amplitude": "<= 1.6"}, most=40, workers=0,
     )  # fmt: skip
     assert best.kept
     assert 1.0 + 0.02 * best.changes[PINION] <= 1.6 * 1.002
@@ -92,7 +92,7 @@ def test_limits_hold_on_the_fine_grid_although_the_coarse_one_says_less(
 def test_limits_that_no_design_keeps_are_told(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
     formulas["/history/wear_depth_max"] = bowl
     best = sw.optimise(
-        scene, {PINION: (0, 60)}, minimise="wear_depth_max", subject_to={"wear_depth_max": "<= 1"}, workers=0
+        scene, {PINION: (0, 60)}, minimise="wear_depth_max", subject_to={"wear_depth_max": "<= 1"}, most=12, workers=0
     )
     assert not best.kept
     assert "NO design" in best.verdict
@@ -103,7 +103,7 @@ def test_the_front_of_two_aims(scene: sw.Scene, formulas: dict[str, Formula]) ->
     formulas["/history/wear_depth_max"] = lambda x, y: 1.0 + (x / 60.0) ** 2 + 0.1 * (y / 60.0) ** 2
     formulas["/history/load_share_max"] = lambda x, y: 1.0 + (1.0 - x / 60.0) ** 2 + 0.1 * (y / 60.0) ** 2
     found = sw.optimise(
-        scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise=["wear_depth_max", "load_share_max"], workers=0
+        scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise=["wear_depth_max", "load_share_max"], most=40, workers=0
     )
     wear, share = found.front["wear_depth_max"].values, found.front["load_share_max"].values
     assert wear.size >= 5
@@ -118,7 +118,7 @@ def test_the_front_of_two_aims(scene: sw.Scene, formulas: dict[str, Formula]) ->
 
 def test_choices_and_designs_that_fail(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
     formulas["/history/wear_depth_max"] = lambda x, y: np.nan if y > 30.0 else bowl(x, y) - 3.0 * (y == 20.0)
-    best = sw.optimise(scene, {PINION: (0, 60), GEAR: [0, 10, 20, 40]}, minimise="wear_depth_max", workers=0)
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: [0, 10, 20, 40]}, minimise="wear_depth_max", most=40, workers=0)
     assert best.changes[GEAR] == 20
     failed = best.designs["message"] == "no load sharing"
     assert failed.any()
@@ -132,7 +132,7 @@ def test_a_kink_and_a_limit_that_meet_are_found(scene: sw.Scene, formulas: dict[
     formulas["/history/load_share_max"] = lambda x, y: 0.5 + max(0.0, y / 60.0 - 0.4) * (0.5 + x / 60.0)
     best = sw.optimise(
         scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max",
-        subject_to={"load_share_max": "<= 0.6"}, workers=0,
+        subject_to={"load_share_max": "<= 0.6"}, most=40, workers=0,
     )  # fmt: skip
     grid = np.linspace(0.0, 60.0, 241)
     least = min(
@@ -153,7 +153,7 @@ def test_of_two_valleys_the_deeper_one_is_found(scene: sw.Scene, formulas: dict[
         return 3.0 - np.exp(-wide) - 1.5 * np.exp(-deep)
 
     formulas["/history/wear_depth_max"] = valleys
-    best = sw.optimise(scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max", workers=0)
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max", most=40, workers=0)
     assert best.told[0].best < 1.02 * valleys(46.0, 44.0)
 
 
@@ -161,10 +161,10 @@ def test_a_choice_that_no_scan_saw_is_found(scene: sw.Scene, formulas: dict[str,
     """Forty choices of one field: a scan of a dozen designs holds few of them."""
     formulas["/history/wear_depth_max"] = bowl
     choices = [float(one) for one in np.linspace(1.0, 60.0, 40)]
-    best = sw.optimise(scene, {PINION: (0, 60), GEAR: choices}, minimise="wear_depth_max", workers=0)
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: choices}, minimise="wear_depth_max", most=40, workers=0)
     assert best.told[0].best <= 1.0005 * min(bowl(x, y) for x in np.linspace(0.0, 60.0, 241) for y in choices)
     shapes = {"effects.modification.pinion.relief_shape": ["linear", "parabolic"], GEAR: [0, 24, 50]}
-    best = sw.optimise(scene, shapes | {PINION: (0, 60)}, minimise="wear_depth_max", workers=0)
+    best = sw.optimise(scene, shapes | {PINION: (0, 60)}, minimise="wear_depth_max", most=40, workers=0)
     assert best.changes[GEAR] == 24
     assert best.changes[PINION] == pytest.approx(42.0, abs=1.5)
 
@@ -379,13 +379,13 @@ def test_relief_of_a_spur_pair_lowers_its_transmission_error() -> None:
 
 
 def test_a_study_is_searched_written_and_reported(
-    formulas: dict[str, Formula], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    formulas: dict[str, Formula], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unseen: None
 ) -> None:
     formulas["/history/wear_depth_max"] = bowl
     monkeypatch.setattr(command, "simulate", lambda scene: synthetic_tree(2, profiles=9, faces=7))
     study = tmp_path / "study.toml"
     study.write_text(
-        'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nset.wear.until.meshes = 1e6\n'
+        'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nmost = 30\nset.wear.until.meshes = 1e6\n'
         f"[design]\n{PINION} = {{from = 0, to = 60}}\n{GEAR} = [0, 20]\n"
     )
     best, designs, page = (tmp_path / name for name in ("best.toml", "designs.nc", "best.html"))

@@ -16,7 +16,7 @@ def tree():
     return synthetic_tree(5, profiles=9, faces=7)
 
 
-def test_the_section_says_what_ends_the_life(tree):
+def test_the_section_says_what_ends_the_life(tree, unseen):
     section = ratings_section(tree)
     assert "Pitting of the pinion ends the life first: after " in section and " h)" in section
     assert section.count("<img ") == 1 + 2  # the life, and a map of each mode
