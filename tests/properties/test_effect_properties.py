@@ -1,5 +1,6 @@
 """Effects of a scene: nothing at strength zero, smooth and of the right sign beyond, and any two run together."""
 
+from functools import cache
 from itertools import chain
 
 import numpy as np
@@ -181,11 +182,17 @@ def assert_grows_smoothly(values, sign):
     assert np.abs(np.diff(steps)).max() < 0.5 * steps.sum(), values
 
 
+@cache
+def loaded_with(key, value):
+    """Loaded contact of the plain scene with a field of its effects."""
+    scene = PLAIN.replace({"effects.shaft_compliance": SHAFTS}) if key.startswith("shaft") else PLAIN
+    return sw.loaded_contact(scene.replace({f"effects.{key}": value}))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("key", "full", "watched", "sign"), CONTACT, ids=[f"{k[0]}={k[1]}" for k in CONTACT])
 def test_contact_answers_smoothly_and_the_right_way(key, full, watched, sign):
-    scene = PLAIN.replace({"effects.shaft_compliance": SHAFTS}) if key.startswith("shaft") else PLAIN
-    values = [watched(sw.loaded_contact(scene.replace({f"effects.{key}": float(full * s)}))) for s in STRENGTHS]
+    values = [watched(loaded_with(key, float(full * s))) for s in STRENGTHS]
     assert_grows_smoothly(values, sign)
 
 

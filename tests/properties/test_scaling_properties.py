@@ -82,7 +82,7 @@ def test_a_scaled_pair_wears_alike(pairs, kind, fidelity):
     scene = scenes[kind].replace({"numerics.fidelity": fidelity})
     one = sw.simulate(scene)
     assert float(one["flank"]["wear_depth"].max()) > 5.0
-    for size in (0.05, 2.0, 10.0):  # a module of 0.2 mm is the smallest of them
+    for size in (0.05, 10.0):  # a module of 0.2 mm is the smallest of them
         other = sw.simulate(scaled(scene, size, folder))
         apart = dimensionless_difference(one, other, size)
         assert max(apart.values()) < 1e-6, (size, {name: value for name, value in apart.items() if value >= 1e-6})

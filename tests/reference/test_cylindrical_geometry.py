@@ -84,21 +84,25 @@ def test_the_figures_of_the_fzg_type_c_gears():
     assert table.pinion_profile_shift + table.gear_profile_shift == pytest.approx(0.8532 - 0.5, abs=1e-9)
 
 
+@pytest.fixture(scope="module")
+def contact(kind):
+    return unloaded_contact(kind, 15)
+
+
 @pytest.mark.slow
-def test_contact_ratios(kind):
+def test_contact_ratios(kind, contact):
     iso = Iso(kind.table)
     assert kind.transverse_contact_ratio == pytest.approx(iso.eps_alpha, rel=1e-9)
     assert kind.overlap_ratio == pytest.approx(iso.eps_beta, abs=1e-9)
     assert kind.base_pitch == pytest.approx(iso.pbt, rel=1e-12)
     # found again by following the contact, without the formula: total contact ratio
-    assert unloaded_contact(kind, 5).contact_ratio == pytest.approx(iso.eps_alpha + iso.eps_beta, abs=2e-6)
+    assert contact.contact_ratio == pytest.approx(iso.eps_alpha + iso.eps_beta, abs=2e-6)
 
 
 @pytest.mark.slow
-def test_path_of_contact_is_the_straight_line(kind):
+def test_path_of_contact_is_the_straight_line(kind, contact):
     iso = Iso(kind.table)
     # places are found by differences over 1/2000 of the tooth height, to some 1e-5 mm where the flank bends most
-    contact = unloaded_contact(kind, 15)
     x, y, z = contact.points.position.T
     travel = x / cos(iso.alpha_wt)
     np.testing.assert_allclose(y + iso.rw1, travel * sin(iso.alpha_wt), atol=2e-5)

@@ -218,12 +218,13 @@ def depth_of(tree):
 
 @pytest.mark.slow
 def test_few_interpolated_roll_positions_wear_as_many_marched_ones(shipped):
-    scene = shipped.replace(MESHES | PATCH | {"wear.until.meshes": 5e8, "numerics.wear_steps": 4})
+    changes = {"wear.until.meshes": 5e8, "numerics.wear_steps": 4, "numerics.face_slices": 31}
+    scene = shipped.replace(MESHES | PATCH | changes)
     few = sw.simulate(scene.replace({"numerics.roll_positions": 12}))
     many = sw.simulate(scene.replace({"numerics.roll_positions": 200, "numerics.wear_mapping": "marched"}))
     inside = away_from_borders(few["flank"].to_dataset())
     one, two = depth_of(few), depth_of(many)
-    assert inside.sum() > 3000
+    assert inside.sum() > 1500
     assert two[inside].max() > 5.0
     assert np.abs(one - two)[inside].max() < 0.02 * two.max()
     assert one[inside].max() == pytest.approx(two[inside].max(), rel=0.02)

@@ -201,7 +201,7 @@ def test_the_life_of_the_pinion(tiny):
 @pytest.mark.slow
 def test_a_limit_beyond_the_tooth_says_what_to_change(tiny):
     with pytest.raises(ConvergenceError, match=r"run_life.*depth_limit_um") as caught:
-        sw.simulate(tiny.replace({"effects.run_life.depth_limit_um": 9000.0}))
+        sw.simulate(tiny.replace({"effects.run_life.depth_limit_um": 2000.0}))
     assert caught.value.result["history"].sizes["wear_step"] == 2
 
 

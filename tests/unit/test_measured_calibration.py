@@ -27,6 +27,7 @@ COARSE = {
     "numerics.roll_positions": 12,
     "numerics.profile_points": 71,
     "numerics.harmonics": 5,
+    "numerics.tooth_compliance": "rigid",
     "wear.until.meshes": MESHES,
     "wear.until.control_depths_um": None,
     "wear.control_point": None,

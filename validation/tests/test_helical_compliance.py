@@ -47,6 +47,9 @@ QUICK = {
 }
 
 
+FEW = {"numerics.harmonics": 5}  # where both sides of a comparison have them
+
+
 def pair_of(helix: float, body: str, **more: object) -> sw.Scene:
     spur = sw.load_scene("spur_fzg_c")
     changes = {f"gear_pair.{name}": None for name in DERIVED} | PAIR | {"gear_pair.helix_angle_deg": helix}
@@ -75,15 +78,17 @@ def test_an_annulus_turns_as_a_thick_tube_does(held, loaded):
 
 @pytest.mark.slow
 def test_without_a_helix_angle_nothing_is_added():
-    straight = transmission_error(pair_of(0.0, "thick"), 0.0, 0.4)
-    nearly = transmission_error(pair_of(1e-4, "thick"), 0.0, 0.4)
+    straight = transmission_error(pair_of(0.0, "thick", **FEW), 0.0, 0.4)
+    nearly = transmission_error(pair_of(1e-4, "thick", **FEW), 0.0, 0.4)
     np.testing.assert_allclose(nearly, straight, rtol=2e-4)
 
 
 @pytest.mark.slow
 def test_a_left_hand_pair_is_the_mirror_image_of_a_right_hand_one():
-    right = sw.loaded_contact(pair_of(20.0, "thick"), roll_positions=[0.3])
-    left = sw.loaded_contact(pair_of(20.0, "thick", **{"gear_pair.hand": "left"}), roll_positions=[0.3])
+    right, left = (
+        sw.loaded_contact(pair_of(20.0, "thick", **FEW, **{"gear_pair.hand": hand}), roll_positions=[0.3])
+        for hand in ("right", "left")
+    )
     for group, name in (("engagement", "line_load"), ("engagement", "root_stress")):
         one, other = right[group][name], left[group][name]
         if "face" in other.dims:
@@ -107,7 +112,7 @@ def test_compliance_is_smooth_where_the_virtual_number_of_teeth_passes_a_half():
         middle = 0.5 * (low + high)
         low, high = (middle, high) if teeth(middle) < 24.5 else (low, middle)
     angles = low + np.array([-0.06, -0.02, 0.02, 0.06])
-    values = np.array([transmission_error(pair_of(angle, "thin"), 0.3)[0] for angle in angles])
+    values = np.array([transmission_error(pair_of(angle, "thin", **FEW), 0.3)[0] for angle in angles])
     steps = np.diff(values) / values.mean()
     assert np.abs(np.diff(steps)).max() < 1e-4, steps
 
