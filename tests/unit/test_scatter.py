@@ -516,7 +516,9 @@ def test_the_first_failure_ends_a_life_before_its_depth(solved):
 
 
 def test_samples_that_are_all_solved_need_no_emulator(solved, noisy):
-    found = sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.1, measure="load_share_max", crew=0)
+    found = sw.scatter(
+        SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.1, measure="load_share_max", crew=0
+    )
     assert len(solved) == 64 and not found.samples["emulated"].any() and not found.errors
     assert np.ptp(found.values("load_share_max")) > 0.0
 
