@@ -235,12 +235,15 @@ def test_noise_degrades_gracefully(size_um, short_steps, tmp_path):
 @pytest.mark.parametrize(
     "change",
     [
-        {
-            "pinion_face_width_mm": 60.0,
-            "pinion_profile_shift": 0.4,
-            "gear_profile_shift": -0.1,
-            "helix_angle_deg": 30.0,
-        },
+        pytest.param(
+            {
+                "pinion_face_width_mm": 60.0,
+                "pinion_profile_shift": 0.4,
+                "gear_profile_shift": -0.1,
+                "helix_angle_deg": 30.0,
+            },
+            marks=pytest.mark.slow,
+        ),
         {"face_offset_mm": 3.0, "helix_angle_deg": 20.0},
         {"pinion_face_width_mm": 40.0, "gear_teeth": -67, "helix_angle_deg": 15.0, "pinion_profile_shift": 0.3},
     ],

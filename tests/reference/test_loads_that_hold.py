@@ -33,7 +33,10 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module", params=CASES)
+@pytest.fixture(
+    scope="module",
+    params=["internal", "misaligned", pytest.param("spectrum", marks=pytest.mark.slow)],  # three loads a step
+)
 def case(request: pytest.FixtureRequest) -> tuple[WearStepper, float]:
     """A pair, and meshes that it wears for."""
     name, changes, meshes = CASES[request.param]

@@ -298,7 +298,7 @@ def test_the_section_stands_in_the_page(tmp_path, line, patch, unseen):
     assert "Against fidelity" not in sw.report(line, tmp_path / "r.html").read_text(encoding="utf-8")
 
 
-def test_fields_that_differ_are_listed(line, monkeypatch):
+def test_fields_that_differ_are_listed(line, monkeypatch, unseen):
     other = result("patch", scene_toml=SCENE.replace("pinion_torque_Nm = 1600", "pinion_torque_Nm = 800"))
     text = section_of(line, other)
     assert "operation.pinion_torque_Nm" in text and ">1600<" in text and ">800<" in text

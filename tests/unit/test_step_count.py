@@ -49,7 +49,7 @@ def test_steps_are_counted_by_the_deepest_wear_of_either_body(runs, bodies):
     assert asked - 1 <= taken <= asked
 
 
-@pytest.mark.parametrize("scheme", ["implicit", "explicit", "two-stage"])
+@pytest.mark.parametrize("scheme", ["implicit", "explicit", pytest.param("two-stage", marks=pytest.mark.slow)])
 def test_a_depth_is_predicted_at_less_than_the_price_of_a_step(scheme, monkeypatch):
     physics = plan(sw.load_scene("spur_fzg_c").replace(TINY | {"numerics.wear_scheme": scheme}))
     stepper = physics.wear_steps(physics.wear_stepper(physics.loaded_teeth()))

@@ -171,6 +171,7 @@ def test_strips_that_cannot_be_solved_say_so():
 # ---- spur gears
 
 
+@pytest.mark.slow
 def test_spur_gears_follow_the_standard():
     rows = {row.name: row for row in iso_rows(sw.load_scene("spur_fzg_c").replace({"numerics.face_slices": 11}))}
     for name in ("working pressure angle", "base pitch", "pressure at the pitch point, even load"):
