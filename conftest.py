@@ -21,6 +21,7 @@ from filelock import FileLock
 from hypothesis import settings
 
 import semiwear as sw
+from semiwear.compile_ahead import compile_ahead
 
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, max_examples=25)
 settings.register_profile("nightly", derandomize=False, deadline=None, print_blob=True, max_examples=500)
@@ -36,8 +37,16 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     if "PYTEST_XDIST_WORKER" not in os.environ:
         os.environ["SEMIWEAR_CACHE_DIR"] = str(_kept_teeth(config.rootpath))
+        _compile_for_workers(config)
     if _DRAWS_ANEW and config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
+
+
+def _compile_for_workers(config: pytest.Config) -> None:
+    """Compile what several workers would each compile for themselves, on all cores."""
+    if (getattr(config.option, "numprocesses", None) or 0) > 1 and not config.option.collectonly:
+        for run in ("both", "patch"):
+            compile_ahead(run, None)
 
 
 def _kept_teeth(root: Path) -> Path:
