@@ -43,11 +43,12 @@ class DesignField:
         if self.continuous:
             low, high = float(self.values[0]), float(self.values[1])
             return low + min(max(coordinate, 0.0), 1.0) * (high - low)
-        return self.values[self.index(coordinate)]
+        return self.values[int(self.index(np.float64(coordinate)))]
 
-    def index(self, coordinate: float) -> int:
-        """Index of the choice at a coordinate in [0, 1]."""
-        return min(int(coordinate * len(self.values)), len(self.values) - 1)
+    def index(self, coordinates: FloatArray | np.float64) -> IntArray:
+        """Indices of the choices at coordinates in [0, 1]."""
+        count = len(self.values)
+        return np.asarray(np.minimum((coordinates * count).astype(int), count - 1))
 
     def coordinate(self, value: Value) -> float | None:
         """Coordinate of a value, None if the field cannot have it."""
@@ -85,8 +86,7 @@ class Space:
         snapped = np.clip(designs, 0.0, 1.0)
         for k, field in enumerate(self.fields):
             if not field.continuous:
-                count = len(field.values)
-                snapped[..., k] = (np.minimum(np.floor(snapped[..., k] * count), count - 1) + 0.5) / count
+                snapped[..., k] = (field.index(snapped[..., k]) + 0.5) / len(field.values)
         return snapped
 
     def start(self, scene: Scene) -> FloatArray:

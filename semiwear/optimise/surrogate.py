@@ -96,7 +96,7 @@ def inputs_of(space: Space, points: FloatArray) -> FloatArray:
         if field.continuous or _in_order(field.values):
             columns.append(points[:, k])
         else:
-            chosen = np.array([field.index(point) for point in points[:, k]])
+            chosen = field.index(points[:, k])
             columns += [_CHOICE_DISTANCE * (chosen == index) for index in range(len(field.values))]
     return np.stack(columns, axis=1).astype(float)
 
