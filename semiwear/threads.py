@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from itertools import pairwise
 from typing import NamedTuple, TypeVar
+
+import numpy as np
 
 from semiwear.arrays import IntArray
 
@@ -68,10 +69,7 @@ def in_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Resul
 
     Work that such a part distributes again stays on its thread.
     """
-    count = min(SHARES, items.size)
-    least, longer = divmod(items.size, max(count, 1))  # the first `longer` parts have one item more
-    ends = [part * least + min(part, longer) for part in range(count + 1)]
-    return _shared_out(work, [items[first:end] for first, end in pairwise(ends)])
+    return _shared_out(work, np.array_split(items, min(SHARES, items.size)) if items.size else [])
 
 
 def in_loose_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Result]:

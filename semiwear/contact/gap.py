@@ -91,9 +91,7 @@ def gap_of_flanks(lines: ContactLines, removed: Removed) -> FlankGap:
         lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split,
     )  # fmt: skip
     # contiguous and writable: kernels would be compiled again for every other layout
-    return FlankGap._make(
-        array if array.flags.c_contiguous and array.flags.writeable else np.array(array, order="C") for array in gap
-    )
+    return FlankGap._make(np.require(array, requirements=("C", "W")) for array in gap)
 
 
 @njit(cache=True, error_model="numpy")

@@ -202,11 +202,8 @@ def test_footprints_of_two_widths_wear_the_same_flanks(case, cycles):
     spread = [SpreadLoad(case.teeth, load, 0.25), SpreadLoad(wide, 0.5 * load, 0.75)]
     both = followed(spread, case.motion, case.worn, after, wears)
     meshes = [one.mesh(part.line_load, slices, both.course)[0] for one, part in zip(both.widths, spread, strict=True)]
-    mesh = both.mesh([load.line_load for load in spread], slices)[0]
-    close(
-        mesh,
-        meshes[0].towards(0.75, meshes[1]),
-    )
+    mesh = both.mesh([part.line_load for part in spread], slices)[0]
+    close(mesh, meshes[0].towards(0.75, meshes[1]))
     close(case.worn.plus(STEP, mesh), both.course.shapes[-1])
     assert both.differs_from([load, load]) == pytest.approx(0.375)
     if cycles == 1.0:
