@@ -235,6 +235,7 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     stop = min(gap.high, max(gap.at + reach, gap.low))
     parts = parts_of_cells(nodes, _FINE * width)
     first, end = locate(nodes, split, start)[0], min(locate(nodes, split, stop)[0] + 1, last)
+    first -= first > 0 and nodes[first] > start  # a node just above, by rounding
     first, end = max(first, space.within[0]), min(end, space.within[1])
     at_low, at_high = reaches_ends(gap, space.within[0], space.within[1])
     to_low, to_high = at_low and start <= gap.low, at_high and stop >= gap.high
