@@ -168,7 +168,7 @@ def _solve_position(
         if status != LineStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{problem.per_cycle}: "
             shorter = ", or take shorter wear steps (more numerics.wear_steps)" if stepping else ""
-            raise ConvergenceError(where + _reason(LineStatus(status), change, problem.max_iterations) + shorter)
+            raise ConvergenceError(where + _reason(LineStatus(status), change, problem) + shorter)
         loads.rotation[position], loads.iterations[position] = rotation, iterations
         loads.balance[position], loads.complementarity[position] = balance, complementarity
         reached = rotation * lever + (0.0 if rounding is None else rounding.depth)
@@ -188,9 +188,11 @@ def _first_cap(problem: ContactProblem, rolls: IntArray, worn: Footprints) -> fl
     return FIRST_CAP * problem.typical_approach + nearest
 
 
-def _reason(status: LineStatus, change: float, max_iterations: int) -> str:
+def _reason(status: LineStatus, change: float, problem: ContactProblem) -> str:
     if status == LineStatus.WIDTHS_CHANGE:
-        return f"half-widths still change by {change:.1e}; raise numerics.max_iterations above {max_iterations}"
+        return (
+            f"half-widths still change by {change:.1e}; raise numerics.max_iterations above {problem.max_iterations}"
+        )
     if status == LineStatus.NO_CONTACT_SET:
         return "the contact set does not settle; change numerics.face_slices"
-    return "the compliance is not positive definite; raise numerics.harmonics or use fewer numerics.face_slices"
+    return problem.why_not_positive()

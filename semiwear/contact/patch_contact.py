@@ -178,7 +178,7 @@ class _Position:
             if solution.sharing.status is not ComplementarityStatus.CONVERGED:
                 longer = self.wear_compliance is not None
                 shorter = ", or take shorter wear steps (more numerics.wear_steps)" if longer else ""
-                raise ConvergenceError(f"load sharing stopped at {self.where}: {_reason(solution)}{shorter}")
+                raise ConvergenceError(f"load sharing stopped at {self.where}: {_reason(solution, problem)}{shorter}")
             # gaps up to the approach were considered: if the solution reaches farther, it is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
@@ -349,9 +349,9 @@ def _put(found, rolls, faces, every, width, cells, force, half_width):  # type: 
         half_width[k, i] = 2.0 * total * width / (pi * greatest) if greatest > 0.0 else 0.0
 
 
-def _reason(solution: SharedTorque) -> str:
+def _reason(solution: SharedTorque, problem: ContactProblem) -> str:
     if solution.sharing.status is ComplementarityStatus.NOT_POSITIVE:
-        return "the compliance is not positive definite; raise numerics.harmonics or use fewer numerics.face_slices"
+        return problem.why_not_positive()
     return (
         f"the contact still changes after {solution.sharing.iterations} convolutions (gap "
         f"{solution.complementarity:.1e} of the approach); change numerics.cells_per_half_width"

@@ -29,6 +29,7 @@ from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 
 _LEAST_DEPTH = 1.5  # half-widths: under a contact as wide as the tooth, so that the compliance stays positive
+_WIDE = 0.25  # of the height of a flank: contact wider than this is no half-space's any more
 _NEAR_FIELD = 12.0  # half-widths; beyond, the width of a stripe has no effect
 FIRST_CAP = 3.5
 """Typical approaches within which slices may touch at first."""
@@ -175,12 +176,11 @@ class ContactProblem:
     _kept: dict[tuple[int, int], Candidates] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        height = float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
-        if self.typical_approach > height:
+        if self.typical_approach > self._flank_height:
             raise SceneError.of(
                 "operation.pinion_torque_Nm",
                 1e-3 * float(self.torque.max()),
-                f"loads that press flanks {height:.3g} mm high together by much less",
+                f"loads that press flanks {self._flank_height:.3g} mm high together by much less",
                 f"they would approach by some {self.typical_approach:.3g} mm: give less, or stiffer materials",
             )
 
@@ -216,8 +216,20 @@ class ContactProblem:
     @cached_property
     def least_curvature(self) -> float:
         """Curvature of a typical contact as wide as the flank [1/mm]: the lower limit for flat slices."""
-        half_flank = 0.5 * float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
-        return 4.0 * self.usual_load / (pi * self.modulus * half_flank**2)
+        return 4.0 * self.usual_load / (pi * self.modulus * (0.5 * self._flank_height) ** 2)
+
+    @cached_property
+    def _flank_height(self) -> float:
+        """Height of the highest slice [mm]."""
+        return float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
+
+    def why_not_positive(self) -> str:
+        """Reason and remedy where the compliance is not positive definite."""
+        begin, width = "the compliance is not positive definite", 2.0 * self.usual_half_width
+        if width > _WIDE * self._flank_height:
+            wide = f"contact some {width:.2g} mm wide is not small beside flanks {self._flank_height:.3g} mm high"
+            return f"{begin}: {wide}; choose less load or stiffer materials"
+        return f"{begin}; raise numerics.harmonics or use fewer numerics.face_slices"
 
     @cached_property
     def slice_length(self) -> float:

@@ -28,7 +28,7 @@ from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe, pairs_am
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
-from tests.scenes import TINY
+from tests.scenes import TINY, scene_of
 
 STEEL = effective_modulus(207000.0, 0.3, 207000.0, 0.3)
 TOOTH_LOAD = 1.6e6 / (0.5 * 6.35 * 25 * np.cos(np.radians(25.0)))  # N, 1600 N m on one tooth
@@ -531,4 +531,12 @@ def test_active_set_refuses_an_indefinite_compliance():
     ],
 )
 def test_every_failure_says_what_to_change(status, words):
-    assert words in line_contact._reason(status, 3e-4, 60)
+    assert words in line_contact._reason(status, 3e-4, plan(scene_of({})).loaded_teeth().problem)
+
+
+@pytest.mark.parametrize("fidelity", ["line", "patch"])
+def test_contact_that_is_nearly_as_wide_as_a_flank_is_told_as_such(fidelity):
+    """Found: raising the harmonics was the advice, and no number of them helped."""
+    soft = {"numerics.tooth_compliance": "prism", "material.gear.youngs_modulus_MPa": 501.0}
+    with pytest.raises(sw.ConvergenceError, match=r"13 mm wide is not small beside flanks 20.7 mm high; choose less"):
+        sw.loaded_contact(scene_of(soft | {"numerics.fidelity": fidelity}))
