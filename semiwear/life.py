@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, log, nan
+from math import inf, log, nan
 
 import numpy as np
 
@@ -98,21 +98,16 @@ def life_group(
     with physics.clock.measure("run_life"):
         life = find_life(physics, teeth, stepper, report)
     ended = _end_of(physics, stepper, life) if physics.scene.effects.run_life.ends_at == "first_failure" else {}
-    if life.endless and not (ended and isfinite(ended["meshes_to_end"])):
+    if ended.get("meshes_to_end", life.meshes) == inf:
         raise EndlessWearError(life.endless, life=True)
     arrays = {
         "depth_limit": np.asarray(1e3 * life.limit),
-        "meshes_to_limit": np.asarray(_known(life.meshes)),
+        "meshes_to_limit": np.asarray(life.meshes),
         "sensitivity_to_wear_coefficient": np.asarray(life.sensitivity_to_wear_coefficient),
         "sensitivity_to_torque": np.asarray(life.sensitivity_to_torque),
     }
-    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(_known(life.hours))}
+    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(life.hours)}
     return arrays | ended
-
-
-def _known(life: float) -> float:
-    """A life as a result holds it: NaN without end, of which the schema says why."""
-    return life if isfinite(life) else nan
 
 
 def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.ndarray]:

@@ -40,6 +40,8 @@ def _entry(entry: Variable) -> Iterator[str]:
         said.append("Labels: " + ", ".join(f"`{label}`" for label in entry.labels) + ".")
     if entry.absent:
         said.append(f"NaN where {entry.absent}.")
+    if entry.infinite:
+        said.append(f"Infinite where {entry.infinite}.")
     if entry.needs:
         said.append(f"In results of scenes with {' and '.join(starmap(_need, entry.needs.items()))}.")
     elif entry.optional:

@@ -50,6 +50,8 @@ class Variable:
     absent : str
         Reason why single values may be NaN, which the variable's attribute ``missing_because`` then states.
         Empty where every value must be a number.
+    infinite : str
+        Reason why values may be infinite, which the attribute ``infinite_because`` then states; empty likewise.
     flags : tuple of str
         Meanings of the integer values 0, 1, ... of a flag variable.
     needs : mapping
@@ -68,6 +70,7 @@ class Variable:
     dtype: str = "float64"
     optional: bool = False
     absent: str = ""
+    infinite: str = ""
     flags: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
     needs: Mapping[str, bool | str] = field(default_factory=dict)
@@ -95,6 +98,7 @@ def _entries() -> Iterator[Variable]:
                 dtype=line.get("dtype", "float64"),
                 optional=line.get("optional", False),
                 absent=reasons[line["absent"]] if "absent" in line else "",
+                infinite=reasons[line["infinite"]] if "infinite" in line else "",
                 flags=tuple(line.get("flags", ())),
                 labels=tuple(line.get("labels", ())),
                 needs=line.get("needs", {}),
