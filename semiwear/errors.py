@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -59,6 +60,15 @@ class SceneError(SemiwearError, ValueError):
     def of(cls, field: str, value: object, allowed: str, fix: str = "") -> SceneError:
         """An error with a single problem, of a field of the scene or an option of the command line."""
         return cls([Problem(field, value, allowed, fix)], "command line" if field.startswith("-") else "scene")
+
+
+@contextmanager
+def collected(problems: list[Problem]) -> Iterator[None]:
+    """Add the problems of a `SceneError` to others, to be reported with them."""
+    try:
+        yield
+    except SceneError as error:
+        problems += error.problems
 
 
 class ConvergenceError(SemiwearError, RuntimeError):
