@@ -15,7 +15,7 @@ from semiwear.check import geometric_problems
 from semiwear.cli_values import assignment, number_within, option_problems
 from semiwear.completion import PrintCompletion
 from semiwear.console import as_json, error_as_json, hidden_output, notes_on_standard_error, tolerant_streams
-from semiwear.errors import Problem, SceneError, SemiwearError, collected
+from semiwear.errors import Collected, Problem, SceneError, SemiwearError
 from semiwear.references.listing import KINDS, named_text
 from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
@@ -94,11 +94,11 @@ def _read(options: argparse.Namespace) -> tuple[object, ...]:
     problems = option_problems(options)
     if _MODULES.get(options.command) == "studies":
         return options, problems
-    name, given = "command line" if problems else "", [options]
+    name, given = "command line" if problems else "", list[object]([options])
     if "set" in options:
         options.changes = dict(options.set)
     if "scene" in options and options.command != "check":
-        with collected(problems):
+        with Collected(problems):
             given.append(_scene(options, problems))
     if problems:
         raise SceneError(problems, name or options.scene)

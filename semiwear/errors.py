@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -62,13 +61,18 @@ class SceneError(SemiwearError, ValueError):
         return cls([Problem(field, value, allowed, fix)], "command line" if field.startswith("-") else "scene")
 
 
-@contextmanager
-def collected(problems: list[Problem]) -> Iterator[None]:
-    """Add the problems of a `SceneError` to others, to be reported with them."""
-    try:
-        yield
-    except SceneError as error:
-        problems += error.problems
+class Collected:
+    """Context that adds the problems of a `SceneError` to others, with which they are reported."""
+
+    def __init__(self, problems: list[Problem]):
+        self._problems = problems
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        self._problems += error.problems if isinstance(error, SceneError) else ()
+        return isinstance(error, SceneError)
 
 
 class ConvergenceError(SemiwearError, RuntimeError):

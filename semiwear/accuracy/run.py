@@ -21,7 +21,7 @@ import numpy as np
 from xarray import DataTree
 
 from semiwear.accuracy.resolution import Contribution, chosen_resolution, contributions_at, parameters_of, together
-from semiwear.errors import ConvergenceError, Problem, SceneError, collected
+from semiwear.errors import Collected, ConvergenceError, Problem, SceneError
 from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
@@ -98,9 +98,9 @@ def simulate(
     """
     problems: list[Problem] = []
     if fidelity is not None:
-        with collected(problems):
+        with Collected(problems):
             scene = scene.replace({"numerics.fidelity": fidelity})
-    with collected(problems):
+    with Collected(problems):
         require_run(scene, checkpoint, resume)
     if problems:
         raise SceneError(problems)

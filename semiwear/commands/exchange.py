@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import semiwear as sw
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.targets import PAGES, file_target, naming, replacing, require_apart
 from semiwear.untyped import Table
@@ -37,10 +37,10 @@ def new(options: argparse.Namespace) -> Table:
 def rexs(options: argparse.Namespace) -> Table:
     """Write the scene of a gear stage in a REXS file."""
     problems: list[Problem] = []
-    with collected(problems):
+    with Collected(problems):
         target = file_target("-o", options.output, (".toml",))
         require_apart({"-o": target}, {"FILE": options.file})
-    with collected(problems):
+    with Collected(problems):
         stage = sw.read_rexs(
             options.file, stage=options.stage, pinion_torque_Nm=options.torque, changes=options.changes
         )

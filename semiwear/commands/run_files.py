@@ -7,7 +7,7 @@ from pathlib import Path
 
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.results.checkpoint import peek
 from semiwear.scene import scene_files
 from semiwear.targets import require_apart
@@ -44,7 +44,7 @@ def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
         inputs["the scene"] = options.scene
     if options.against:
         inputs["--against"] = options.against
-    with collected(problems):
+    with Collected(problems):
         require_apart(outputs, inputs)
     if problems:
         raise SceneError(problems, "command line")

@@ -43,7 +43,7 @@ from pathlib import Path
 import numpy as np
 
 from semiwear.accuracy import simulate
-from semiwear.errors import Problem, SceneError, SemiwearError, collected
+from semiwear.errors import Collected, Problem, SceneError, SemiwearError
 from semiwear.inference.lives import PosteriorLife
 from semiwear.inference.observations import (
     Observation,
@@ -104,7 +104,7 @@ def run_inference(
         fix = "name priors under [unknown]; [vary] is for semiwear sweep"
         problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [unknown]", fix))
     options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
-    with collected(problems):
+    with Collected(problems):
         _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
     if problems:
         problems += _further_problems(read, unknown, given, options)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from semiwear.arrays import FloatArray
-from semiwear.errors import Problem, SceneError, SemiwearError, collected
+from semiwear.errors import Collected, Problem, SceneError, SemiwearError
 from semiwear.inference.model import Model, Runs, model_of
 from semiwear.inference.observations import Channel, Observation, channels_of
 from semiwear.inference.posterior import Posterior
@@ -105,7 +105,7 @@ def infer(
     Of 600 simulated flanks with four unknowns 90 % intervals held in 87 to 90 % (docs/inference.md).
     """
     problems = workers_of(*crew_of(crew))[1]
-    with collected(problems):
+    with Collected(problems):
         planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
     if problems:
         raise SceneError(problems, "infer")
@@ -187,11 +187,11 @@ def plan_inference(
         problems += _without_meshes(observed)
     channels: list[Channel] = []
     priors: dict[str, Distribution] = {}
-    with collected(problems):
+    with Collected(problems):
         draw(scene, unknown, Sampling(64, seed))
         read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
         priors = {key: prior for key, prior in read.items() if prior is not None}
-    with collected(problems):
+    with Collected(problems):
         channels = channels_of(scene, observed)
     if problems:
         raise SceneError(problems, "infer")

@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 
 from semiwear.accuracy import simulate
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.page import write_optimum_report
 from semiwear.optimise.run import optimise, plan_search
@@ -89,7 +89,7 @@ def run_optimise(
     outputs = {"-o": output} | {
         name: path for name, path in (("--designs", designs), ("--report", report)) if path is not None
     }
-    with collected(problems):
+    with Collected(problems):
         require_apart(outputs, read.inputs)
     if problems:
         raise SceneError(problems, study)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.optimise.designs import Aim, Design, Designs
 from semiwear.optimise.fine import Found, search_finely
 from semiwear.optimise.optimum import Optimum, optimum_of
@@ -138,7 +138,7 @@ def plan_search(
     """
     problems: list[Problem] = []
     space = None
-    with collected(problems):
+    with Collected(problems):
         space = space_of(scene, vary)
         if len(space.fields) > _MOST_FIELDS:
             fix = "vary those that `screen` or a sweep calls for"

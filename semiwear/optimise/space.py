@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, shown
 from semiwear.sweep.variation import read_variation
@@ -133,7 +133,7 @@ def space_of(scene: Scene, vary: object) -> Space:
             problems.append(Problem(str(key), shown(given), "low below high", fix))
         lists[key] = given
     variation = None
-    with collected(problems):
+    with Collected(problems):
         variation = read_variation(scene, lists, "grid")
     if problems or variation is None:
         raise SceneError(problems, "optimise")

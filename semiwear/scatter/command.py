@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.plain_text import unit_text
 from semiwear.plot.style import SIZE, step_colours, styled
 from semiwear.report.markup import card, figure_text, table
@@ -74,7 +74,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})
     before = _before(given, problems)
     ready = None
-    with collected(problems):
+    with Collected(problems):
         measure = study.options.get("measure")
         ready = read_scatter(study.scene, distributions, sampling, measure=measure, crew=(workers, None))
     if problems or ready is None:

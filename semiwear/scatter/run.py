@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.emulator import LEAST_RUNS, require_emulator
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scatter.design import Design, design, read_correlation
 from semiwear.scatter.distributions import Distribution, read_distribution
 from semiwear.scatter.emulated import emulated_samples, first_solved
@@ -228,9 +228,9 @@ def read_scatter(
     """
     problems: list[Problem] = []
     drawn = None
-    with collected(problems):
+    with Collected(problems):
         drawn = draw(scene, distributions, sampling)
-    with collected(problems):
+    with Collected(problems):
         measure_of(measure, "last")
     problems += [*workers_of(*crew)[1], *wear_problems(scene)]
     if problems or drawn is None:

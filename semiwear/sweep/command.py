@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from semiwear.errors import MissingExtraError, Problem, SceneError, SemiwearError, collected
+from semiwear.errors import Collected, MissingExtraError, Problem, SceneError, SemiwearError
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.outcome import Status
@@ -143,7 +143,7 @@ def run_study(
                 fault for fault in error.problems if not (unread and fault.field == "vary" and not read.vary)
             ]
         outputs = {"-o": output} | ({"--report": report} if report else {})
-        with collected(problems):
+        with Collected(problems):
             require_apart({**outputs, "the scenes of -o": store}, read.inputs)
     kept = kept_scenes(store)
     if kept and not resume:

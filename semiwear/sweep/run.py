@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from semiwear.compile_ahead import compile_ahead
-from semiwear.errors import MissingExtraError, Problem, SceneError, collected
+from semiwear.errors import Collected, MissingExtraError, Problem, SceneError
 from semiwear.plan.choices import kernels_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
@@ -159,13 +159,13 @@ def read_job(
     """
     problems: list[Problem] = []
     variation = measured = None
-    with collected(problems):
+    with Collected(problems):
         variation = read_variation(scene, vary, combine)
-    with collected(problems):
+    with Collected(problems):
         measured = measure_of(measure, wear_states)
     count, wrong = workers_of(*crew)
     problems += wrong
-    if not (variation and any(axis.key == "wear" for axis in variation.axes)):
+    if variation is None or all(axis.key != "wear" for axis in variation.axes):
         problems += wear_problems(scene)
     if problems or variation is None or measured is None:
         raise SceneError(problems, "sweep")

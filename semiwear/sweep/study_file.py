@@ -25,7 +25,7 @@ from sys import float_info
 import numpy as np
 
 from semiwear.check import geometric_problems
-from semiwear.errors import Problem, SceneError, collected
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene, load_scene, scene_files, shipped_scenes
 from semiwear.scene.closest import closest
 from semiwear.scene.schema import SCHEMAS
@@ -105,7 +105,7 @@ def read_study(
     """
     source = Path(path)
     data = None
-    with collected(problems):
+    with Collected(problems):
         data = read_toml(_text(source), str(source))
     if data is None:
         return None
@@ -215,6 +215,6 @@ def _scene(source: Path, name: object, changes: Table, problems: list[Problem]) 
         return None
     beside = source.parent / name
     source_name = str(beside) if name not in shipped_scenes() and beside.exists() else name
-    with collected(problems):
+    with Collected(problems):
         return load_scene(source_name, check=geometric_problems, changes=changes)
     return None
