@@ -32,6 +32,7 @@ ReportStep = Callable[[int, int, str], None]
 """Called with the number of steps done, their total, and a description."""
 
 _WEAR = "wear"  # end of a life that no failure mode ends
+_MOST_MESHES = 1e15  # of a step, a million years at 2000 rev/min: a flank that takes longer wears no further
 _ENDLESS = 1e30  # meshes after which a flank that wears no further is rated once more
 _TORQUE_CHANGE = 0.05  # to either side: the grid's resolution of the greatest depth is 0.2 % of the life
 _TOLERANCE = 1e-5  # of the limit
@@ -57,7 +58,8 @@ class Life:
         depends on the product of coefficient and meshes, and every law is a factor on that product. NaN of a life
         without end.
     sensitivity_to_torque : float
-        Relative change of the life over that of the torque, or of all torques of a spectrum together; NaN likewise.
+        Relative change of the life over that of the torque, or of all torques of a spectrum together; NaN likewise,
+        and where the life has no end at 5 % more or less torque.
     states : tuple of WearState
         From unworn flanks to the limit, after the steps of the search; on flanks that wear no further, a last one
         after practically endless meshes.
@@ -152,7 +154,10 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: R
         lives = []
         for factor in factors:
             counter.part(f" at {factor:g} of the torque", count)
-            lives.append(_life_along(_under(physics, factor), body, limit, path, factor, counter))
+            try:
+                lives.append(_life_along(_under(physics, factor), body, limit, path, factor, counter))
+            except EndlessWearError:
+                lives.append(nan)
             counter.finish_part()
         low, high = lives
     except ConvergenceError as error:
@@ -264,6 +269,9 @@ def _path_to(
         if rate <= 0.0:
             break
         length = lengths[k - 1] if lengths is not None else (limit * k / steps - now) / rate
+        if length > _MOST_MESHES:
+            rate = 0.0
+            break
         ahead = worn(state, length)
         depth = _greatest(ahead, body)
         if depth >= limit:
@@ -279,6 +287,8 @@ def _path_to(
     tried: dict[float, WearState] = {}
 
     def beyond(length: float) -> float:
+        if length > _MOST_MESHES:
+            raise EndlessWearError(_stopped(body, depths[-1][1], limit))
         tried[length] = worn(state, length)
         depths.append((length, _greatest(tried[length], body)))
         return depths[-1][1] - limit
