@@ -144,6 +144,8 @@ def _excitation(tree: xr.DataTree) -> Iterator[Number]:
         series = history["transmission_error_amplitude"]
         units = str(series.attrs["units"])
         note = _change(series.values, units, "excites vibration")
+        if "peak_positions" not in scene_tables(tree).get("numerics", {}):
+            note += "; of the roll positions alone, numerics.peak_positions finds peaks between them"
         yield "Transmission error, amplitude", with_unit(float(series[-1]), units), note
 
 

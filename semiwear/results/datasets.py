@@ -227,11 +227,7 @@ def _array(values: object, entry: Variable, path: str) -> np.ndarray:
 
 def _labelled(entry: Variable, array: np.ndarray) -> xr.Variable:
     """The array with the dims and attributes of its entry in the schema."""
-    attrs: dict[str, str | np.ndarray] = {
-        "units": entry.units,
-        "long_name": entry.long_name,
-        "references": entry.references,
-    }
+    attrs: dict[str, str | np.ndarray] = {**entry.attrs}
     if entry.absent and np.isnan(array).any():
         attrs["missing_because"] = entry.absent
     if entry.infinite and np.isinf(array).any():

@@ -57,6 +57,8 @@ class Variable:
     needs : mapping
         What a scene must have for its result to hold it, by dotted key: a value, one of a list, or True for whatever
         value. Of `/history` and `/life`.
+    comment : str
+        What to beware of.
     labels : tuple of str
         The only labels a coordinate can have (``("pinion", "gear")``).
     """
@@ -74,6 +76,13 @@ class Variable:
     flags: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
     needs: Mapping[str, bool | str] = field(default_factory=dict)
+    comment: str = ""
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """Attributes in every dataset: units, description, source, and a comment where there is one."""
+        attrs = {"units": self.units, "long_name": self.long_name, "references": self.references}
+        return attrs | ({"comment": self.comment} if self.comment else {})
 
     @property
     def path(self) -> str:
@@ -102,6 +111,7 @@ def _entries() -> Iterator[Variable]:
                 flags=tuple(line.get("flags", ())),
                 labels=tuple(line.get("labels", ())),
                 needs=line.get("needs", {}),
+                comment=line.get("comment", ""),
             )
 
 
