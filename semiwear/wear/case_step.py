@@ -188,6 +188,7 @@ class CaseStep:
         change f' of the factor by the logarithm of the force: a greater wear compliance on a smaller gap. Wear that
         would fall with the force is taken to be constant.
         """
+        assert self.factor is not None
         force, factor = loads.force, self._factor_under(loads)
         more = replace(loads, force=_MORE * force, half_width=sqrt(_MORE) * loads.half_width)
         slope = np.maximum((self._factor_under(more) - factor) / log(_MORE), -factor)
