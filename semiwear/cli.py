@@ -6,17 +6,16 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import semiwear as sw
 from semiwear.check import geometric_problems
-from semiwear.cli_values import assignment, number_within, require_readable
+from semiwear.cli_values import assignment, number_within, option_problems
 from semiwear.completion import PrintCompletion
 from semiwear.console import as_json, error_as_json, hidden_output, notes_on_standard_error, tolerant_streams
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import Collected, Problem, SceneError, SemiwearError
 from semiwear.references.listing import KINDS, named_text
 from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
@@ -67,12 +66,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         return 2
     with notes_on_standard_error(options.quiet):
         try:
-            require_readable(options)
-            if "set" in options:
-                options.changes = dict(options.set)
             # help, errors, fields and plan of a scene do not import the solvers
-            checked = "scene" in options and options.command != "check"
-            given = (options, _scene(options)) if checked else (options,)
+            given = _read(options)
             command = _LIGHT.get(options.command) or _heavy(_MODULES[options.command], options.command)
             with hidden_output(options.json):
                 end: Table | tuple[int, Table] = command(*given)
@@ -86,6 +81,28 @@ def _main(arguments: Sequence[str] | None) -> int:
     if options.json:
         print(as_json({"command": options.command} | output))
     return status
+
+
+def _read(options: argparse.Namespace) -> tuple[object, ...]:
+    """The options, and the scene or, for studies, the problems of options, which are told with those of the file.
+
+    Raises
+    ------
+    SceneError
+        With all problems of the options and the scene.
+    """
+    problems = option_problems(options)
+    if _MODULES.get(options.command) == "studies":
+        return options, problems
+    name, given = "command line" if problems else "", list[object]([options])
+    if "set" in options:
+        options.changes = dict(options.set)
+    if "scene" in options and options.command != "check":
+        with Collected(problems):
+            given.append(_scene(options, problems))
+    if problems:
+        raise SceneError(problems, name or options.scene)
+    return tuple(given)
 
 
 def _plan(options: argparse.Namespace, scene: sw.Scene) -> Table:
@@ -118,8 +135,7 @@ def _cite(options: argparse.Namespace) -> Table:
 
 def _check(options: argparse.Namespace) -> tuple[int, Table]:
     """Every limit of a scene's teeth, also if the scene breaks them; then status 1."""
-    scene = load_scene(options.scene)
-    checked = sw.check_geometry(scene.replace(options.changes) if options.changes else scene)
+    checked = sw.check_geometry(load_scene(options.scene, changes=options.changes))
     print(checked)
     return (0 if checked.holds else 1), checked.to_dict()
 
@@ -331,16 +347,13 @@ class _Commands:
         return self._commands.add_parser(name, help=help, parents=[self._common, *parents], epilog=epilog)
 
 
-def _scene(options: argparse.Namespace) -> sw.Scene:
+def _scene(options: argparse.Namespace, problems: list[Problem]) -> sw.Scene:
     changes = options.changes
     fidelity = getattr(options, "fidelity", None)
     if fidelity is not None and changes.setdefault("numerics.fidelity", fidelity) != fidelity:
         allowed = f"the value of --set numerics.fidelity={changes['numerics.fidelity']}, or only one of the two"
-        raise SceneError.of("--fidelity", fidelity, allowed, "leave one of them out")
-    if not changes:
-        return sw.load_scene(options.scene)
-    # the geometry of the teeth is checked only once, after the changes
-    return replace(load_scene(options.scene), _check=geometric_problems).replace(changes)
+        problems.append(Problem("--fidelity", fidelity, allowed, "leave one of them out"))
+    return load_scene(options.scene, check=geometric_problems, changes=changes)
 
 
 if __name__ == "__main__":

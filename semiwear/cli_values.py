@@ -1,4 +1,4 @@
-"""Values on the command line: numbers of options, and ``--set KEY=VALUE``; all errors are reported at once."""
+"""Values on the command line: numbers of options, and ``--set KEY=VALUE``."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import argparse
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Problem
 from semiwear.scene.rule import Rule
 from semiwear.scene.values import meant_number
+from semiwear.targets import PAGES, RESULTS, file_target, target_problems
 from semiwear.untyped import Value
 
 
@@ -56,14 +58,8 @@ def assignment(text: str) -> tuple[str, Value] | _Unread:
         return key.strip(), None if value.strip().casefold() == "none" else value.strip()
 
 
-def require_readable(options: argparse.Namespace) -> None:
-    """Refuse options with wrong values.
-
-    Raises
-    ------
-    SceneError
-        With all of them.
-    """
+def option_problems(options: argparse.Namespace) -> list[Problem]:
+    """Problems of options that need no scene; those that cannot be read are None or, in lists, left out after it."""
     given = [
         (f"--{name.replace('_', '-')}", item)
         for name, value in vars(options).items()
@@ -71,5 +67,23 @@ def require_readable(options: argparse.Namespace) -> None:
     ]
     unread = [(name, item) for name, item in given if isinstance(item, _Unread)]
     problems = [Problem(name, item.found, item.allowed, item.fix) for name, item in unread]
-    if problems:
-        raise SceneError(problems, "command line")
+    for name, value in vars(options).items():
+        if isinstance(value, list):
+            setattr(options, name, [item for item in value if not isinstance(item, _Unread)])
+        elif isinstance(value, _Unread):
+            setattr(options, name, None)
+    if options.command == "geometry":
+        problems += target_problems("-o", options.output, partial(file_target, endings=(".png", ".svg", ".pdf")))
+    return problems + (_problems_of_run(options) if options.command == "run" else [])
+
+
+def _problems_of_run(options: argparse.Namespace) -> list[Problem]:
+    """Outputs that cannot be written, and options that have no effect without others."""
+    problems = target_problems("-o", options.output, partial(file_target, endings=RESULTS))
+    problems += target_problems("--report", options.report, partial(file_target, endings=PAGES))
+    if options.against and not options.report:
+        problems.append(Problem("--against", options.against, "a result beside --report FILE", "add --report FILE"))
+    if options.resume and not options.output:
+        fix = "add -o FILE: finished steps are in FILE.partial"
+        problems.append(Problem("--resume", True, "a flag beside -o FILE", fix))
+    return problems

@@ -61,6 +61,20 @@ class SceneError(SemiwearError, ValueError):
         return cls([Problem(field, value, allowed, fix)], "command line" if field.startswith("-") else "scene")
 
 
+class Collected:
+    """Context that adds the problems of a `SceneError` to others, with which they are reported."""
+
+    def __init__(self, problems: list[Problem]):
+        self._problems = problems
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        self._problems += error.problems if isinstance(error, SceneError) else ()
+        return isinstance(error, SceneError)
+
+
 class ConvergenceError(SemiwearError, RuntimeError):
     """An iteration did not reach its tolerance; the message gives the place and a remedy.
 

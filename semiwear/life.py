@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, log, nan
+from math import inf, log, nan
 
 import numpy as np
 
@@ -32,6 +32,7 @@ ReportStep = Callable[[int, int, str], None]
 """Called with the number of steps done, their total, and a description."""
 
 _WEAR = "wear"  # end of a life that no failure mode ends
+_MOST_MESHES = 1e15  # of a step, a million years at 2000 rev/min: a flank that takes longer wears no further
 _ENDLESS = 1e30  # meshes after which a flank that wears no further is rated once more
 _TORQUE_CHANGE = 0.05  # to either side: the grid's resolution of the greatest depth is 0.2 % of the life
 _TOLERANCE = 1e-5  # of the limit
@@ -57,7 +58,8 @@ class Life:
         depends on the product of coefficient and meshes, and every law is a factor on that product. NaN of a life
         without end.
     sensitivity_to_torque : float
-        Relative change of the life over that of the torque, or of all torques of a spectrum together; NaN likewise.
+        Relative change of the life over that of the torque, or of all torques of a spectrum together; NaN likewise,
+        and where the life has no end at 5 % more or less torque.
     states : tuple of WearState
         From unworn flanks to the limit, after the steps of the search; on flanks that wear no further, a last one
         after practically endless meshes.
@@ -98,21 +100,16 @@ def life_group(
     with physics.clock.measure("run_life"):
         life = find_life(physics, teeth, stepper, report)
     ended = _end_of(physics, stepper, life) if physics.scene.effects.run_life.ends_at == "first_failure" else {}
-    if life.endless and not (ended and isfinite(ended["meshes_to_end"])):
+    if ended.get("meshes_to_end", life.meshes) == inf:
         raise EndlessWearError(life.endless, life=True)
     arrays = {
         "depth_limit": np.asarray(1e3 * life.limit),
-        "meshes_to_limit": np.asarray(_known(life.meshes)),
+        "meshes_to_limit": np.asarray(life.meshes),
         "sensitivity_to_wear_coefficient": np.asarray(life.sensitivity_to_wear_coefficient),
         "sensitivity_to_torque": np.asarray(life.sensitivity_to_torque),
     }
-    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(_known(life.hours))}
+    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(life.hours)}
     return arrays | ended
-
-
-def _known(life: float) -> float:
-    """A life as a result holds it: NaN without end, of which the schema says why."""
-    return life if isfinite(life) else nan
 
 
 def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.ndarray]:
@@ -157,7 +154,10 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: R
         lives = []
         for factor in factors:
             counter.part(f" at {factor:g} of the torque", count)
-            lives.append(_life_along(_under(physics, factor), body, limit, path, factor, counter))
+            try:
+                lives.append(_life_along(_under(physics, factor), body, limit, path, factor, counter))
+            except EndlessWearError:
+                lives.append(nan)
             counter.finish_part()
         low, high = lives
     except ConvergenceError as error:
@@ -269,6 +269,9 @@ def _path_to(
         if rate <= 0.0:
             break
         length = lengths[k - 1] if lengths is not None else (limit * k / steps - now) / rate
+        if length > _MOST_MESHES:
+            rate = 0.0
+            break
         ahead = worn(state, length)
         depth = _greatest(ahead, body)
         if depth >= limit:
@@ -284,6 +287,8 @@ def _path_to(
     tried: dict[float, WearState] = {}
 
     def beyond(length: float) -> float:
+        if length > _MOST_MESHES:
+            raise EndlessWearError(_stopped(body, depths[-1][1], limit))
         tried[length] = worn(state, length)
         depths.append((length, _greatest(tried[length], body)))
         return depths[-1][1] - limit

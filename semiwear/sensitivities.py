@@ -52,7 +52,7 @@ from semiwear.scene import Scene
 from semiwear.scene.edit import edited
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.values import is_number, is_whole, shown
-from semiwear.simulate import Progress
+from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.assemble import INVERSE_TO_COEFFICIENT
 from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.measure import MESHES, Measure
@@ -150,8 +150,7 @@ def sensitivities(
         problems.append(Problem("of", "nothing", "one quantity or more", 'such as "wear_depth_max"'))
     problems += [one for quantity in quantities for one in unmet_needs("of", quantity, scene)]
     steps = _steps(scene, to, problems)
-    if scene.wear is None:
-        problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
+    problems += wear_problems(scene)
     if workers is not None and (not is_whole(workers) or workers < 0):
         problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
     if problems:

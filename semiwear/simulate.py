@@ -18,7 +18,7 @@ from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.error_peaks import error_amplitude
-from semiwear.errors import ConvergenceError, EndlessWearError, SceneError
+from semiwear.errors import ConvergenceError, EndlessWearError, Problem, SceneError
 from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Compared, Plan, plan
 from semiwear.plan.choices import kernels_of
@@ -75,10 +75,7 @@ def simulate(
     result holds the last wear state only, unless failure modes are rated, which needs them all. With `groups` it
     holds only these, `history` and ratings.
     """
-    if scene.wear is None:
-        fix = "add coefficient_mm2_per_N and an end in [wear.until], or take sw.loaded_contact for the unworn teeth"
-        raise SceneError.of("wear", None, "a table [wear]", fix)
-    require_checkpoint(checkpoint, resume)
+    require_run(scene, checkpoint, resume)
     kept: Keeper = NoCheckpoint()
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
@@ -87,10 +84,20 @@ def simulate(
         return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress(), last, groups)
 
 
-def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
-    """Raise `SceneError` if a run is to be resumed without a checkpoint."""
+def require_run(scene: Scene, checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
+    """Raise `SceneError` if a scene has no wear, or a run is to be resumed without a checkpoint."""
+    problems = wear_problems(scene)
     if resume and checkpoint is None:
-        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FOLDER as well")
+        fix = "give checkpoint=FOLDER as well"
+        problems.append(Problem("resume", resume, "True together with a checkpoint", fix))
+    if problems:
+        raise SceneError(problems)
+
+
+def wear_problems(scene: Scene) -> list[Problem]:
+    """The problem of a scene without wear, if it is one."""
+    fix = "add coefficient_mm2_per_N and an end in [wear.until], or take sw.loaded_contact for the unworn teeth"
+    return [Problem("wear", None, "a table [wear]", fix)] if scene.wear is None else []
 
 
 def _simulated(

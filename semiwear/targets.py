@@ -100,14 +100,13 @@ def require_apart(outputs: Mapping[str, AnyPath], inputs: Mapping[str, AnyPath])
     SceneError
         Naming both.
     """
-    known = list(inputs.items())
+    known, problems = list(inputs.items()), list[Problem]()
     for field, path in outputs.items():
-        for other, taken in known:
-            if _same(path, taken):
-                raise SceneError.of(
-                    field, os.fspath(path), "a file of its own", f"{other} is that file: give another"
-                )
+        fixes = [f"{other} is that file: give another" for other, taken in known if _same(path, taken)]
+        problems += [Problem(field, os.fspath(path), "a file of its own", fix) for fix in fixes]
         known.append((field, path))
+    if problems:
+        raise SceneError(problems, "files")
 
 
 def _same(one: AnyPath, other: AnyPath) -> bool:

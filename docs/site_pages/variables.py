@@ -40,6 +40,10 @@ def _entry(entry: Variable) -> Iterator[str]:
         said.append("Labels: " + ", ".join(f"`{label}`" for label in entry.labels) + ".")
     if entry.absent:
         said.append(f"NaN where {entry.absent}.")
+    if entry.infinite:
+        said.append(f"Infinite where {entry.infinite}.")
+    if entry.comment:
+        said.append(f"{entry.comment[:1].upper()}{entry.comment[1:]}.")
     if entry.needs:
         said.append(f"In results of scenes with {' and '.join(starmap(_need, entry.needs.items()))}.")
     elif entry.optional:

@@ -21,12 +21,12 @@ import numpy as np
 from xarray import DataTree
 
 from semiwear.accuracy.resolution import Contribution, chosen_resolution, contributions_at, parameters_of, together
-from semiwear.errors import ConvergenceError
+from semiwear.errors import Collected, ConvergenceError, Problem, SceneError
 from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
 from semiwear.scene.tables import MOST_PEAK_POSITIONS
-from semiwear.simulate import ADAPTIVE_STATES, NoProgress, Progress, require_checkpoint
+from semiwear.simulate import ADAPTIVE_STATES, NoProgress, Progress, require_run
 from semiwear.simulate import simulate as simulate_as_given
 
 ROUNDS = 3  # final runs at most
@@ -96,11 +96,16 @@ def simulate(
     >>> depth.attrs["units"]
     'um'
     """
+    problems: list[Problem] = []
     if fidelity is not None:
-        scene = scene.replace({"numerics.fidelity": fidelity})
-    if scene.numerics.accuracy is None or scene.wear is None:
+        with Collected(problems):
+            scene = scene.replace({"numerics.fidelity": fidelity})
+    with Collected(problems):
+        require_run(scene, checkpoint, resume)
+    if problems:
+        raise SceneError(problems)
+    if scene.numerics.accuracy is None:
         return simulate_as_given(scene, progress=progress, checkpoint=checkpoint, resume=resume)
-    require_checkpoint(checkpoint, resume)  # before the coarse runs
     if scene.numerics.peak_positions is None:
         count = min(math.ceil(_PEAKS / scene.numerics.accuracy), MOST_PEAK_POSITIONS)
         scene = scene.replace({"numerics.peak_positions": count})

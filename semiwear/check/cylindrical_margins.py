@@ -103,7 +103,8 @@ def _pair(table: CylindricalPair, mesh: CylindricalMesh) -> Iterator[Margin]:
         low=max(1.0 - overlap, 0.0), unit="1", usual="1.2 or more for spur gears",
     )  # fmt: skip
     if overlap:
-        yield margin("overlap ratio", lambda: overlap, "helix_angle_deg", low=0.0, unit="1")
+        hint = table.helix_in_radians
+        yield margin("overlap ratio", lambda: overlap, "helix_angle_deg", low=0.0, unit="1", usual=hint)
     if gear.internal:
         yield margin(
             "passage of the tips, angle of the gear", lambda: degrees(tip_passage(mesh)),

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import semiwear as sw
-from semiwear.errors import SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.targets import PAGES, file_target, naming, replacing, require_apart
 from semiwear.untyped import Table
@@ -36,9 +36,16 @@ def new(options: argparse.Namespace) -> Table:
 
 def rexs(options: argparse.Namespace) -> Table:
     """Write the scene of a gear stage in a REXS file."""
-    target = file_target("-o", options.output, (".toml",))
-    require_apart({"-o": target}, {"FILE": options.file})
-    stage = sw.read_rexs(options.file, stage=options.stage, pinion_torque_Nm=options.torque, changes=options.changes)
+    problems: list[Problem] = []
+    with Collected(problems):
+        target = file_target("-o", options.output, (".toml",))
+        require_apart({"-o": target}, {"FILE": options.file})
+    with Collected(problems):
+        stage = sw.read_rexs(
+            options.file, stage=options.stage, pinion_torque_Nm=options.torque, changes=options.changes
+        )
+    if problems:
+        raise SceneError(problems, options.file)
     with replacing(target) as part:
         part.write_text(stage.scene.to_toml(), encoding="utf-8")
     print(f"{stage}\n\nscene: {options.output}")

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
-from semiwear.errors import SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.results.checkpoint import peek
 from semiwear.scene import scene_files
-from semiwear.targets import PAGES, RESULTS, file_target, require_apart
+from semiwear.targets import require_apart
 
 
 def checkpoint_of(output: str) -> Path:
@@ -28,33 +27,14 @@ def kept_steps(output: str) -> str:
     return f"; {checkpoint.finished} finished wear steps are kept in {path}, --resume continues from them"
 
 
-def require_options(options: argparse.Namespace) -> None:
-    """Refuse options that have no effect without others."""
-    if options.against and not options.report:
-        raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
-    if options.resume and not options.output:
-        raise SceneError.of(
-            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps are in FILE.partial"
-        )
-
-
 def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
-    """Refuse outputs that cannot be written, or would overwrite an input or one another.
-
-    A report over hours needs a speed, too.
-    """
+    """Refuse outputs that would overwrite an input or one another, and a report over hours without a speed."""
+    problems: list[Problem] = []
     if options.report and options.over == "hours" and scene.operation.pinion_speed_rpm is None:
-        raise SceneError.of("--over", "hours", "a scene with a speed", "give operation.pinion_speed_rpm")
-    outputs: dict[str, str | Path] = {}
-    for name, path, endings in (("-o", options.output, RESULTS), ("--report", options.report, PAGES)):
-        if path is None:
-            continue
-        folder = file_target(name, path, endings).parent
-        if not folder.is_dir():
-            raise SceneError.of(name, path, "a file in a folder that exists", f"make the folder {folder}")
-        if not os.access(folder, os.W_OK):
-            raise SceneError.of(name, path, "a file in a folder that can be written", "choose another folder")
-        outputs[name] = path
+        fix = "give operation.pinion_speed_rpm"
+        problems.append(Problem("--over", "hours", "a scene with a speed", fix))
+    given = {"-o": options.output, "--report": options.report}
+    outputs: dict[str, str | Path] = {name: path for name, path in given.items() if path is not None}
     if options.output:
         checkpoint = checkpoint_of(options.output)
         outputs["the checkpoint of -o"] = checkpoint
@@ -64,4 +44,7 @@ def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
         inputs["the scene"] = options.scene
     if options.against:
         inputs["--against"] = options.against
-    require_apart(outputs, inputs)
+    with Collected(problems):
+        require_apart(outputs, inputs)
+    if problems:
+        raise SceneError(problems, "command line")

@@ -15,7 +15,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.commands.progress_bar import ProgressBar
-from semiwear.commands.run_files import checkpoint_of, kept_steps, require_options, require_outputs
+from semiwear.commands.run_files import checkpoint_of, kept_steps, require_outputs
 from semiwear.commands.wear_table import life_sentence, wear_table
 from semiwear.errors import ConvergenceError
 from semiwear.results.checkpoint import peek, remove_checkpoint
@@ -33,7 +33,6 @@ _AFTER_A_STOP = (
 
 def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
     """Simulate a scene, save and report the result."""
-    require_options(options)
     require_outputs(options, scene)
     against = sw.open_results(options.against) if options.against else None
     begin = time.perf_counter()

@@ -6,6 +6,7 @@ import argparse
 import time
 
 from semiwear.commands.progress_bar import ProgressBar
+from semiwear.errors import Problem
 from semiwear.inference.command import run_inference
 from semiwear.optimise.command import run_optimise
 from semiwear.scatter.command import SCATTER, prepare_study
@@ -13,25 +14,26 @@ from semiwear.sweep.command import run_study
 from semiwear.untyped import Table
 
 
-def sweep(options: argparse.Namespace) -> Table:
+def sweep(options: argparse.Namespace, problems: list[Problem]) -> Table:
     """Solve the scenes of a study file."""
     begin = time.perf_counter()
     with ProgressBar("reading the study ...", "scene", "sweep") as bar:
         swept = run_study(
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
             resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
+            problems=problems,
         )  # fmt: skip
     spent = _print_summary(swept.text, begin)
     return {"dataset": options.output, "report": options.report, "scenes": swept.scenes, "seconds": spent}
 
 
-def optimise(options: argparse.Namespace) -> Table:
+def optimise(options: argparse.Namespace, problems: list[Problem]) -> Table:
     """Find the best design of a study file."""
     begin = time.perf_counter()
     with ProgressBar("reading the study ...", "design", "search") as bar:
         searched = run_optimise(
             options.study, options.output, workers=options.workers, designs=options.designs,
-            report=options.report, progress=bar,
+            report=options.report, progress=bar, problems=problems,
         )  # fmt: skip
     spent = _print_summary(searched.text, begin)
     best = searched.best
@@ -52,13 +54,13 @@ def optimise(options: argparse.Namespace) -> Table:
     return {**files, **optimum, "seconds": spent}
 
 
-def infer(options: argparse.Namespace) -> Table:
+def infer(options: argparse.Namespace, problems: list[Problem]) -> Table:
     """Infer the unknown fields of a study file."""
     begin = time.perf_counter()
     with ProgressBar("reading the study ...", "step", "inference") as bar:
         summary = run_inference(
             options.study, options.output, workers=options.workers, store=options.store, report=options.report,
-            progress=bar,
+            progress=bar, problems=problems,
         )  # fmt: skip
     spent = _print_summary(summary, begin)
     return {"output": options.output, "report": options.report, "seconds": spent}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isnan
+from math import isinf
 
 import numpy as np
 import xarray as xr
@@ -65,7 +65,7 @@ def life_sentence(tree: xr.DataTree) -> str:
     body, deeper = life_bodies(tree)
     of = f" on the {body}" if body else ""
     warning = f'; the {deeper} wears deeper: limit it by effects.run_life.body = "{deeper}"' if deeper else ""
-    if isnan(life["meshes_to_limit"]):
+    if isinf(life["meshes_to_limit"]):
         ended_by = str(life["ended_by"].values).replace("_", " ")
         return (
             f"life until {float(life['depth_limit']):g} um{of}: without end, the flank wears no further before "

@@ -13,7 +13,7 @@ greatest density gives the curvature of the Hertz contact with the same peak, an
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import pi, sqrt
 from typing import NamedTuple
 
@@ -78,6 +78,8 @@ class Footprints:
         Compliance of a slice beyond that of the Hertz contact: of a pressed edge that is narrower.
     near : bool array or None
         Slices whose footprints were found; the others keep place and curvature of the fresh flanks. None: all.
+    nearer : array [mm] or None
+        How much nearer the flanks are over whole slices than `removed` leaves them.
     """
 
     removed: Removed
@@ -89,6 +91,11 @@ class Footprints:
     least: FloatArray
     softer: FloatArray
     near: BoolArray | None = None
+    nearer: FloatArray | None = None
+
+    def nearer_by(self, distance: FloatArray) -> Footprints:
+        """The footprints of flanks that are nearer by a distance [mm], (roll, face)."""
+        return replace(self, gap=self.gap - distance, least=self.least - distance, nearer=distance)
 
     @property
     def edge(self) -> BoolArray:

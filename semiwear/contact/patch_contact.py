@@ -58,6 +58,10 @@ def solve_cells(
     """Loads of the cells and slices; as in `SolveLoads`, with forces to a relative tolerance."""
     loads = problem.no_loads() if start is None else start.copy()
     flanks = gap_of_flanks(problem.lines, worn.removed)
+    if worn.nearer is not None:
+        separation = flanks.separation.copy()
+        separation[0] -= worn.nearer
+        flanks = flanks._replace(separation=separation)
 
     def solve(part: IntArray) -> list[_Found]:
         positions = (_Position(problem, int(position), worn, flanks, wear_compliance, tolerance) for position in part)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.errors import Collected, MissingExtraError, Problem, SceneError
 from semiwear.export.flank_surface import worn_flank
 from semiwear.export.frames import TABLES, tables_of, to_frame
 from semiwear.export.nodes import flank_nodes
@@ -93,10 +93,8 @@ def export(
         problems.append(Problem("table", table, one_of((*tables_of(tree), STIFFNESS)), "take one of these"))
     if not exaggeration > 0.0:
         problems.append(Problem("exaggeration", exaggeration, "> 0", "1 is to scale"))
-    try:
+    with Collected(problems):
         target = file_target("path", path, ENDINGS)
-    except SceneError as error:
-        raise SceneError([*error.problems, *problems], "export") from None
     if problems:
         raise SceneError(problems, "export")
     ending = target.suffix.casefold()

@@ -43,7 +43,7 @@ from pathlib import Path
 import numpy as np
 
 from semiwear.accuracy import simulate
-from semiwear.errors import Problem, SceneError, SemiwearError
+from semiwear.errors import Collected, Problem, SceneError, SemiwearError
 from semiwear.inference.lives import PosteriorLife
 from semiwear.inference.observations import (
     Observation,
@@ -79,9 +79,12 @@ _NAMES = ("unknown", "life_um", "life_body", "k_scatter", *_OPTIONS, *_KINDS)
 
 
 def run_inference(
-    study: str, output: str, *, workers: int | None, store: str | None, report: str | None, progress: Progress
-) -> str:
+    study: str, output: str, *, workers: int | None, store: str | None, report: str | None, progress: Progress,
+    problems: Sequence[Problem] = (),
+) -> str:  # fmt: skip
     """Infer the unknown fields of a study file, write the draws and the page if requested; returns the summary.
+
+    `problems` of options are reported with the others.
 
     Raises
     ------
@@ -90,7 +93,7 @@ def run_inference(
     MissingExtraError
         emcee or scikit-learn is missing, or matplotlib if a report is requested.
     """
-    problems = target_problems("-o", output, sweep_target)
+    problems = [*problems, *target_problems("-o", output, sweep_target)]
     problems += target_problems("--report", report, partial(file_target, endings=PAGES))
     read = read_study(study, _NAMES, problems, options=())
     if read is None:
@@ -101,10 +104,11 @@ def run_inference(
         fix = "name priors under [unknown]; [vary] is for semiwear sweep"
         problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [unknown]", fix))
     options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
+    with Collected(problems):
+        _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
     if problems:
         problems += _further_problems(read, unknown, given, options)
         raise SceneError(problems, study)
-    _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
     if report is not None:
         with styled():  # requires the extra before anything runs
             pass

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from semiwear.arrays import BoolArray, FloatArray
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.inference.evidence import Evidence, FlankNoise, known_noise, unknown_noise
 from semiwear.measured.comparison import grid_of
 from semiwear.measured.fit import datum_modes
@@ -171,10 +171,8 @@ def channels_of(scene: Scene, observed: object) -> list[Channel]:
     found = []
     for k, observation in enumerate(given):
         field = f"observed[{k}]" if len(given) > 1 else "observed"
-        try:
+        with Collected(problems):
             found.append(_channel(scene, observation, field))
-        except SceneError as error:
-            problems += error.problems
     if not given:
         problems.append(Problem("observed", "nothing", "one observation or more", "such as WornFlank(...)"))
     if problems:

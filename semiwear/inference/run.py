@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from semiwear.arrays import FloatArray
-from semiwear.errors import Problem, SceneError, SemiwearError
+from semiwear.errors import Collected, Problem, SceneError, SemiwearError
 from semiwear.inference.model import Model, Runs, model_of
 from semiwear.inference.observations import Channel, Observation, channels_of
 from semiwear.inference.posterior import Posterior
@@ -25,7 +25,7 @@ from semiwear.simulate import Progress
 from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.measure import MESHES
 from semiwear.sweep.outcome import Status
-from semiwear.sweep.run import crew_of, read_job, solve_job
+from semiwear.sweep.run import crew_of, read_job, solve_job, workers_of
 from semiwear.sweep.store import open_store
 
 if TYPE_CHECKING:
@@ -104,7 +104,11 @@ def infer(
     -----
     Of 600 simulated flanks with four unknowns 90 % intervals held in 87 to 90 % (docs/inference.md).
     """
-    planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
+    problems = workers_of(*crew_of(crew))[1]
+    with Collected(problems):
+        planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
+    if problems:
+        raise SceneError(problems, "infer")
     with progress_receiver(progress) as report:
         return _inferred(planned, crew, store, report)
 
@@ -183,16 +187,12 @@ def plan_inference(
         problems += _without_meshes(observed)
     channels: list[Channel] = []
     priors: dict[str, Distribution] = {}
-    try:
+    with Collected(problems):
         draw(scene, unknown, Sampling(64, seed))
         read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
         priors = {key: prior for key, prior in read.items() if prior is not None}
-    except SceneError as error:
-        problems += error.problems
-    try:
+    with Collected(problems):
         channels = channels_of(scene, observed)
-    except SceneError as error:
-        problems += error.problems
     if problems:
         raise SceneError(problems, "infer")
     scale = float(coefficient) if isinstance(coefficient, float | int) else 1.0

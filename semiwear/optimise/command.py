@@ -16,13 +16,13 @@ effects.modification.gear.tip_relief_um = {from = 0, to = 60}
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from semiwear.accuracy import simulate
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.page import write_optimum_report
 from semiwear.optimise.run import optimise, plan_search
@@ -53,9 +53,12 @@ class Searched:
 
 
 def run_optimise(
-    study: str, output: str, *, workers: int | None, designs: str | None, report: str | None, progress: Progress
-) -> Searched:
+    study: str, output: str, *, workers: int | None, designs: str | None, report: str | None, progress: Progress,
+    problems: Sequence[Problem] = (),
+) -> Searched:  # fmt: skip
     """Search for the best design of a study file and write it as a scene.
+
+    `problems` of options are reported with the others.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def run_optimise(
     MissingExtraError
         A report is requested, but matplotlib is missing.
     """
-    problems: list[Problem] = []
+    problems = [*problems]
     for field, path, target in (
         ("-o", output, partial(file_target, endings=_SCENES)),
         ("--designs", designs, sweep_target),
@@ -83,12 +86,13 @@ def run_optimise(
         plan_search(read.scene, vary, **options, workers=workers)
     except SceneError as error:
         problems += [problem for problem in _as_in_the_file(error) if vary or problem.field != _DESIGN]
-    if problems:
-        raise SceneError(problems, study)
     outputs = {"-o": output} | {
         name: path for name, path in (("--designs", designs), ("--report", report)) if path is not None
     }
-    require_apart(outputs, read.inputs)
+    with Collected(problems):
+        require_apart(outputs, read.inputs)
+    if problems:
+        raise SceneError(problems, study)
     try:
         best = optimise(read.scene, vary, **options, workers=workers, progress=progress)
     except SceneError as error:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.optimise.designs import Aim, Design, Designs
 from semiwear.optimise.fine import Found, search_finely
 from semiwear.optimise.optimum import Optimum, optimum_of
@@ -16,7 +16,7 @@ from semiwear.optimise.search import Goal, scan
 from semiwear.optimise.space import Space, space_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
-from semiwear.simulate import Progress
+from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.settled import settled
 from semiwear.threads import available_threads
@@ -138,21 +138,18 @@ def plan_search(
     """
     problems: list[Problem] = []
     space = None
-    try:
+    with Collected(problems):
         space = space_of(scene, vary)
         if len(space.fields) > _MOST_FIELDS:
             fix = "vary those that `screen` or a sweep calls for"
             problems.append(Problem("vary", len(space.fields), f"at most {_MOST_FIELDS} fields", fix))
-    except SceneError as error:
-        problems += error.problems
     aims = _aims(minimise, maximise, problems)
     limits = limits_of(subject_to, problems)
     judged = [("minimise" if aim.minimise else "maximise", aim.quantity) for aim in aims]
     judged += [(f"subject_to.{limit.quantity.text}", limit.quantity) for limit in limits]
     for field, quantity in judged:
         problems += unmet_needs(field, quantity, scene, vary if isinstance(vary, Mapping) else ())
-    if scene.wear is None:
-        problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
+    problems += wear_problems(scene)
     count = _COUNT + _COUNT_PER_FIELD * (0 if space is None else len(space.fields)) if most is None else most
     if not is_whole(count) or count < 1:
         problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, shown
 from semiwear.sweep.variation import read_variation
@@ -133,10 +133,8 @@ def space_of(scene: Scene, vary: object) -> Space:
             problems.append(Problem(str(key), shown(given), "low below high", fix))
         lists[key] = given
     variation = None
-    try:
+    with Collected(problems):
         variation = read_variation(scene, lists, "grid")
-    except SceneError as error:
-        problems += error.problems
     if problems or variation is None:
         raise SceneError(problems, "optimise")
     fields = []

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees
 
 from semiwear.meshing.point_flanks import surfaces_summary
 from semiwear.scene import CylindricalPair, FlankPointsPair, Scene
 from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
 from semiwear.scene.tables import RESOLUTION, Wear
-
-_RADIANS = 0.8  # degrees: so little helix is likelier an angle of up to 45 degrees in radians
 
 
 @dataclass(frozen=True)
@@ -56,9 +53,8 @@ def physics_choices(scene: Scene) -> tuple[Choice, ...]:
 def _geometry_choice(scene: Scene) -> Choice:
     pair = scene.gear_pair
     note = f": {surfaces_summary(pair)}" if isinstance(pair, FlankPointsPair) else ""
-    if isinstance(pair, CylindricalPair) and 0.0 < pair.helix_angle_deg <= _RADIANS:
-        turned = degrees(pair.helix_angle_deg)
-        note = f"; unusual: helix_angle_deg = {pair.helix_angle_deg:g}, is it in radians ({turned:.3g} degrees)?"
+    if isinstance(pair, CylindricalPair) and pair.helix_in_radians:
+        note = f"; unusual: {pair.helix_in_radians}"
     return Choice("geometry", pair.description, True, f'gear_pair.type = "{pair.type}"{note}', pair.references)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import isnan
+from math import isinf
 
 import numpy as np
 import xarray as xr
@@ -71,7 +71,7 @@ def life_numbers(tree: xr.DataTree) -> list[Number]:
     if "meshes_to_limit" not in found:
         return []
     life = {str(name): float(value) for name, value in found.data_vars.items() if value.dtype.kind == "f"}
-    endless = isnan(life["meshes_to_limit"])
+    endless = isinf(life["meshes_to_limit"])
     meshes = "without end" if endless else f"{figure_text(life['meshes_to_limit'])} meshes"
     meaning = "of a gear tooth; the scene gives no speed, so no hours"
     if endless:
@@ -144,6 +144,8 @@ def _excitation(tree: xr.DataTree) -> Iterator[Number]:
         series = history["transmission_error_amplitude"]
         units = str(series.attrs["units"])
         note = _change(series.values, units, "excites vibration")
+        if "peak_positions" not in scene_tables(tree).get("numerics", {}):
+            note += "; of the roll positions alone, numerics.peak_positions finds peaks between them"
         yield "Transmission error, amplitude", with_unit(float(series[-1]), units), note
 
 

@@ -119,7 +119,7 @@ def build_dataset(
 
 def check_tree(tree: xr.DataTree) -> None:
     """Check that the variables of a tree are complete: required ones present, dims and units as in the schema,
-    finite except for values that may be missing.
+    finite except for values that may be missing or infinite.
 
     Variables that are not in the schema are not checked, so that a user can add some.
 
@@ -211,6 +211,8 @@ def _array(values: object, entry: Variable, path: str) -> np.ndarray:
     finite = np.isfinite(array)
     if entry.absent and array.dtype.kind == "f":
         finite |= np.isnan(array)
+    if entry.infinite:
+        finite |= array == np.inf
     if not finite.all():
         index = tuple(int(i) for i in np.argwhere(~finite)[0])
         count = f"{int((~finite).sum())} of {array.size} values"
@@ -225,13 +227,11 @@ def _array(values: object, entry: Variable, path: str) -> np.ndarray:
 
 def _labelled(entry: Variable, array: np.ndarray) -> xr.Variable:
     """The array with the dims and attributes of its entry in the schema."""
-    attrs: dict[str, str | np.ndarray] = {
-        "units": entry.units,
-        "long_name": entry.long_name,
-        "references": entry.references,
-    }
+    attrs: dict[str, str | np.ndarray] = {**entry.attrs}
     if entry.absent and np.isnan(array).any():
         attrs["missing_because"] = entry.absent
+    if entry.infinite and np.isinf(array).any():
+        attrs["infinite_because"] = entry.infinite
     if entry.flags:
         attrs["flag_values"] = np.arange(len(entry.flags), dtype=entry.dtype)
         attrs["flag_meanings"] = " ".join(entry.flags)

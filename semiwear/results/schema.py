@@ -50,11 +50,15 @@ class Variable:
     absent : str
         Reason why single values may be NaN, which the variable's attribute ``missing_because`` then states.
         Empty where every value must be a number.
+    infinite : str
+        Reason why values may be infinite, which the attribute ``infinite_because`` then states; empty likewise.
     flags : tuple of str
         Meanings of the integer values 0, 1, ... of a flag variable.
     needs : mapping
         What a scene must have for its result to hold it, by dotted key: a value, one of a list, or True for whatever
         value. Of `/history` and `/life`.
+    comment : str
+        What to beware of.
     labels : tuple of str
         The only labels a coordinate can have (``("pinion", "gear")``).
     """
@@ -68,9 +72,17 @@ class Variable:
     dtype: str = "float64"
     optional: bool = False
     absent: str = ""
+    infinite: str = ""
     flags: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
     needs: Mapping[str, bool | str] = field(default_factory=dict)
+    comment: str = ""
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """Attributes in every dataset: units, description, source, and a comment where there is one."""
+        attrs = {"units": self.units, "long_name": self.long_name, "references": self.references}
+        return attrs | ({"comment": self.comment} if self.comment else {})
 
     @property
     def path(self) -> str:
@@ -95,9 +107,11 @@ def _entries() -> Iterator[Variable]:
                 dtype=line.get("dtype", "float64"),
                 optional=line.get("optional", False),
                 absent=reasons[line["absent"]] if "absent" in line else "",
+                infinite=reasons[line["infinite"]] if "infinite" in line else "",
                 flags=tuple(line.get("flags", ())),
                 labels=tuple(line.get("labels", ())),
                 needs=line.get("needs", {}),
+                comment=line.get("comment", ""),
             )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from semiwear.check import geometric_problems
 from semiwear.errors import Problem, SceneError
@@ -98,9 +98,7 @@ def read_rexs(
     scene_table = found.scene_table(pinion_torque_Nm)
     if found.problems:
         raise SceneError(found.problems, os.fspath(path))
-    scene = scene_from_dict(scene_table, name=os.fspath(path), check=None if changes else geometric_problems)
-    if changes:  # the geometry of the teeth is checked once, after the changes
-        scene = replace(scene, _check=geometric_problems).replace(changes)
+    scene = scene_from_dict(scene_table, name=os.fspath(path), check=geometric_problems, changes=changes)
     return RexsPair(scene, tuple(found.taken), tuple(found.left_out()))
 
 

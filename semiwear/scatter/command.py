@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.plain_text import unit_text
 from semiwear.plot.style import SIZE, step_colours, styled
 from semiwear.report.markup import card, figure_text, table
@@ -74,11 +74,9 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})
     before = _before(given, problems)
     ready = None
-    try:
+    with Collected(problems):
         measure = study.options.get("measure")
         ready = read_scatter(study.scene, distributions, sampling, measure=measure, crew=(workers, None))
-    except SceneError as error:
-        problems += error.problems
     if problems or ready is None:
         raise SceneError(problems, str(study.path))
 

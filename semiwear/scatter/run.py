@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.emulator import LEAST_RUNS, require_emulator
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scatter.design import Design, design, read_correlation
 from semiwear.scatter.distributions import Distribution, read_distribution
 from semiwear.scatter.emulated import emulated_samples, first_solved
@@ -20,10 +20,10 @@ from semiwear.scene import Scene
 from semiwear.scene.edit import edited
 from semiwear.scene.schema import schema_of_scene
 from semiwear.scene.values import is_number, is_whole, shown
-from semiwear.simulate import Progress
+from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.measure import measure_of
-from semiwear.sweep.run import Job, crew_of, read_job, run_job
+from semiwear.sweep.run import Job, crew_of, read_job, run_job, workers_of
 from semiwear.sweep.scenes import gather
 from semiwear.sweep.store import open_store
 from semiwear.sweep.variation import read_variation
@@ -228,14 +228,11 @@ def read_scatter(
     """
     problems: list[Problem] = []
     drawn = None
-    try:
+    with Collected(problems):
         drawn = draw(scene, distributions, sampling)
-    except SceneError as error:
-        problems += error.problems
-    try:
+    with Collected(problems):
         measure_of(measure, "last")
-    except SceneError as error:
-        problems += error.problems
+    problems += [*workers_of(*crew)[1], *wear_problems(scene)]
     if problems or drawn is None:
         raise SceneError(problems, "scatter")
     fields, count = tuple(distributions), len(drawn.values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field, replace
-from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
+from math import acos, atan, ceil, cos, degrees, hypot, nan, radians, sin, tan
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, filled_in, table
@@ -107,6 +107,7 @@ def _rim_thickness(module: float, beta_deg: float, z2: int, x2: float, rack_adde
     return _digits(0.37 * reference - rack_addendum + x2 * module)
 
 
+_RADIANS = 0.8  # degrees: so little helix is likelier an angle of up to 45 degrees in radians
 _PAIR = ("helix_angle_deg", "pinion_teeth", "gear_teeth", "pinion_profile_shift", "gear_profile_shift")
 
 
@@ -277,6 +278,13 @@ class CylindricalPair:
     def mirrored(self) -> CylindricalPair:
         """The mirror image of the pair at x = 0; its drive flank is the coast flank of this pair."""
         return replace(self, hand="left" if self.hand == "right" else "right")
+
+    @property
+    def helix_in_radians(self) -> str:
+        """The question whether a small helix angle is in radians; empty for others."""
+        angle = self.helix_angle_deg
+        told = f"helix_angle_deg = {angle:g}, is it in radians ({degrees(angle):.3g} degrees)?"
+        return told if 0.0 < angle <= _RADIANS else ""
 
     @property
     def description(self) -> str:

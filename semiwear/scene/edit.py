@@ -8,18 +8,22 @@ from semiwear.errors import Problem
 from semiwear.scene.model import SceneTables
 from semiwear.scene.named_data import NAMING, dropped_with
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
-from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
+from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_data, to_dict
 from semiwear.untyped import Table, Value
 
 # Setting one of these ends of a run removes the others.
 _ENDS = ("wear.until.meshes", "wear.until.hours", "wear.until.control_depths_um")
 
 
-def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
-    """Nested mappings of a scene with dotted keys set to new values, or removed by None; problems of unknown keys."""
-    data = to_dict(scene, without_derived=True)
+def edited(scene: SceneTables | Mapping[str, Value], changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
+    """Nested mappings of a scene with dotted keys set to new values, or removed by None; problems of unknown keys.
+
+    Nested mappings that are given need not be a valid scene.
+    """
+    data = to_dict(scene, without_derived=True) if isinstance(scene, SceneTables) else dict(scene)
+    schema = schema_of_data(data)
     kind = changes.get("gear_pair.type")
-    schema = SCHEMAS.get(kind, schema_of_scene(scene)) if isinstance(kind, str) else schema_of_scene(scene)
+    schema = SCHEMAS.get(kind, schema) if isinstance(kind, str) else schema
     problems: list[Problem] = []
     unknown: list[Value] = []
     for key, value in changes.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import BinaryIO
@@ -12,6 +13,7 @@ from semiwear.scene.closest import closest
 from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.toml_io import read_toml
 from semiwear.sources import no_pipe
+from semiwear.untyped import Value
 
 _SUFFIX = ".toml"
 _MOST_BYTES = 1_000_000
@@ -33,7 +35,9 @@ def shipped_scenes() -> list[str]:
     return sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX))
 
 
-def load_scene(name_or_path: str | os.PathLike[str], *, check: Check | None = None) -> Scene:
+def load_scene(
+    name_or_path: str | os.PathLike[str], *, check: Check | None = None, changes: Mapping[str, Value] | None = None
+) -> Scene:
     """Load a scene that comes with semiwear, or a scene file.
 
     Parameters
@@ -42,6 +46,8 @@ def load_scene(name_or_path: str | os.PathLike[str], *, check: Check | None = No
         A name from `shipped_scenes`, or the path of a TOML file.
     check : callable, optional
         Further limits of a scene, reported together with the problems of its fields.
+    changes : mapping, optional
+        As of `Scene.replace`; fields that they replace need not be valid.
 
     Raises
     ------
@@ -59,10 +65,12 @@ def load_scene(name_or_path: str | os.PathLike[str], *, check: Check | None = No
         line = content[: error.start].count(b"\n") + 1
         problem = Problem(f"line {line}", str(error.reason), "text in UTF-8", "save the file as UTF-8")
         raise SceneError([problem], name) from None
-    return parse_scene(text, name=name, check=check)
+    return parse_scene(text, name=name, check=check, changes=changes)
 
 
-def parse_scene(text: str, *, name: str = "scene", check: Check | None = None) -> Scene:
+def parse_scene(
+    text: str, *, name: str = "scene", check: Check | None = None, changes: Mapping[str, Value] | None = None
+) -> Scene:
     """A scene from the text of a scene file.
 
     Parameters
@@ -73,13 +81,15 @@ def parse_scene(text: str, *, name: str = "scene", check: Check | None = None) -
         Name of the scene in errors.
     check : callable, optional
         Further limits of a scene, reported together with the problems of its fields.
+    changes : mapping, optional
+        As of `load_scene`.
 
     Raises
     ------
     SceneError
         With all problems, or the line where the TOML syntax is wrong.
     """
-    return scene_from_dict(read_toml(text, name), name=name, check=check)
+    return scene_from_dict(read_toml(text, name), name=name, check=check, changes=changes)
 
 
 def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:

@@ -13,6 +13,7 @@ from semiwear.html_text import folded_html, html_table
 from semiwear.scene.assemble import examined, further_problems, with_origin
 from semiwear.scene.edit import edited
 from semiwear.scene.model import SceneTables
+from semiwear.scene.named_data import with_named_data
 from semiwear.scene.schema import INLINE_TABLES, built_tables, to_dict
 from semiwear.scene.toml_io import flat, write_toml
 from semiwear.untyped import Table, Value
@@ -64,8 +65,8 @@ class Scene(SceneTables):
         >>> scene.effects.friction.coefficient
         0.05
         """
-        data, problems = edited(self, changes)
-        return scene_from_dict(data, name=self.title or "scene", check=self._check, problems=problems)
+        data = to_dict(self, without_derived=True)
+        return scene_from_dict(data, name=self.title or "scene", check=self._check, changes=changes)
 
     def to_dict(self) -> Table:
         """The scene as nested dicts of plain values, every default written out."""
@@ -104,7 +105,7 @@ def scene_from_dict(
     *,
     name: str = "scene",
     check: Check | None = None,
-    problems: Sequence[Problem] = (),
+    changes: Mapping[str, Value] | None = None,
 ) -> Scene:
     """A scene from nested mappings with the layout of a scene file.
 
@@ -116,15 +117,18 @@ def scene_from_dict(
         Name of the scene in errors.
     check : callable, optional
         Further limits; applied when every field is within its range, and kept for `Scene.replace`.
-    problems : sequence of Problem
-        Problems already known, to be reported with the others.
+    changes : mapping, optional
+        As of `Scene.replace`; fields that they replace need not be valid.
 
     Raises
     ------
     SceneError
         With all problems.
     """
-    reading, found = examined(data, problems)
+    known = list[Problem]()
+    if changes:
+        data, known = edited(with_named_data(data), changes)
+    reading, found = examined(data, known)
     if not reading.complete:
         raise SceneError(with_origin(found, reading), name)
     scene = Scene(**built_tables(reading.schema, reading.given, reading.tables), _check=check)

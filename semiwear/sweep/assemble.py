@@ -170,11 +170,7 @@ def _dataset(scene: Scene, variation: Variation, measure: Measure, layout: _Layo
         data[entry.name] = array(table.arrays[path], inner, _attributes(entry, table, path))
     for dim, values in table.coords.items():
         entry = COORDINATES[dim]
-        attrs = {
-            "units": entry.units,
-            "long_name": f"{entry.long_name}, of each scene",
-            "references": entry.references,
-        }
+        attrs = entry.attrs | {"long_name": f"{entry.long_name}, of each scene"}
         data[f"{dim}_of_scene"] = array(values, (dim,), attrs)
     if MESHES in layout.paths and not measure.last:
         attrs = {"units": "1", "long_name": "last wear step of the scene's run, -1 for none", "references": _THIS_RUN}
@@ -192,7 +188,7 @@ def _dataset(scene: Scene, variation: Variation, measure: Measure, layout: _Layo
 
 def _attributes(entry: Variable, table: _Table, path: str) -> dict[str, object]:
     """Units and long name of a variable, and the reason for missing values, if any."""
-    attrs: dict[str, object] = {"units": entry.units, "long_name": entry.long_name, "references": entry.references}
+    attrs: dict[str, object] = {**entry.attrs}
     missing = np.isnan(table.arrays[path])
     if not missing.any():
         return attrs
@@ -227,9 +223,7 @@ def _coordinates(variation: Variation, layout: _Layout) -> dict[str, xr.Variable
 
 
 def _own_coordinate(dim: str, values: np.ndarray) -> xr.Variable:
-    entry = COORDINATES[dim]
-    attrs = {"units": entry.units, "long_name": entry.long_name, "references": entry.references}
-    return xr.Variable((dim,), values, attrs)
+    return xr.Variable((dim,), values, COORDINATES[dim].attrs)
 
 
 def _attributes_of(axis: Axis) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from semiwear.errors import MissingExtraError, Problem, SceneError, SemiwearError
+from semiwear.errors import Collected, MissingExtraError, Problem, SceneError, SemiwearError
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.outcome import Status
@@ -113,10 +113,12 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
 def run_study(
     study: str, output: str, *, workers: str | None, scheduler: str | None, resume: bool, report: str | None,
     progress: Progress, further: tuple[str, ...] = (), prepare: Callable[[Study, int | str | None], Prepared],
+    problems: Sequence[Problem] = (),
 ) -> Solved:  # fmt: skip
     """Solve a study file, write its dataset and the page if requested; returns the summary.
 
-    `prepare` makes a job of the file, which may also have entries named in `further`.
+    `prepare` makes a job of the file, which may also have entries named in `further`; `problems` of
+    options are reported with the others.
 
     Raises
     ------
@@ -127,9 +129,9 @@ def run_study(
     SemiwearError
         The scheduler cannot be reached, no process started, or an emulator's error is above the limit.
     """
-    problems = target_problems("-o", output, sweep_target)
+    problems = [*problems, *target_problems("-o", output, sweep_target)]
     problems += target_problems("--report", report, partial(file_target, endings=PAGES))
-    ready = None
+    ready, store = None, store_of(output)
     count = _workers(workers, scheduler, problems)
     read = read_study(study, further, problems)
     if read is not None:
@@ -140,15 +142,15 @@ def run_study(
             problems += [
                 fault for fault in error.problems if not (unread and fault.field == "vary" and not read.vary)
             ]
-    if problems or ready is None:
-        raise SceneError(problems, study)
-    store = store_of(output)
-    outputs = {"-o": output} | ({"--report": report} if report else {})
-    require_apart({**outputs, "the scenes of -o": store}, ready.study.inputs)
+        outputs = {"-o": output} | ({"--report": report} if report else {})
+        with Collected(problems):
+            require_apart({**outputs, "the scenes of -o": store}, read.inputs)
     kept = kept_scenes(store)
     if kept and not resume:
         fix = f"--resume continues from them; or delete {store} to compute everything again"
-        raise SceneError.of("--resume", f"left out, and {store} holds {kept} solved scenes", "given", fix)
+        problems.append(Problem("--resume", f"left out, and {store} holds {kept} solved scenes", "given", fix))
+    if problems or ready is None:
+        raise SceneError(problems, study)
     with _client(scheduler) as client:
         opened = open_store(store)
         ended = ready.ended(lambda job: run_job(replace(job, client=client), opened, progress))

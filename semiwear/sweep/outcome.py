@@ -24,7 +24,6 @@ from semiwear.sweep.measure import MESHES, Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
-_TO_LIMIT = "/life/meshes_to_limit", "/life/hours_to_limit"
 _one_at_a_time = threading.Lock()  # solvers reuse their work space
 
 
@@ -80,7 +79,7 @@ def solve(task: Task) -> Outcome:
     begin = time.perf_counter()
     with _one_at_a_time:
         try:
-            measured = _with_endless(_life(task) if _is_life(task) else read_off(_simulated(task), task.measure))
+            measured = _life(task) if _is_life(task) else read_off(_simulated(task), task.measure)
         except SceneError as error:
             reasons = "; ".join(str(problem) for problem in error.problems)
             return Outcome(task.key, Status.REFUSED, reasons, time.perf_counter() - begin)
@@ -122,13 +121,6 @@ def _endless(task: Task, error: EndlessWearError) -> Measured:
     else:
         kept, never = Measured(), {MESHES}
     return replace(kept, variables=kept.variables | {path: np.asarray(np.inf) for path in sorted(never)})
-
-
-def _with_endless(measured: Measured) -> Measured:
-    """Numbers in which a life that no wear ends, but a failure mode does, is infinite as far as wear goes."""
-    known = measured.variables
-    never = {path: np.asarray(np.inf) for path in _TO_LIMIT if path in known and np.isnan(known[path])}
-    return replace(measured, variables=known | never)
 
 
 def _is_life(task: Task) -> bool:

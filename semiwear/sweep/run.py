@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from semiwear.compile_ahead import compile_ahead
-from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.errors import Collected, MissingExtraError, Problem, SceneError
 from semiwear.plan.choices import kernels_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
-from semiwear.simulate import Progress
+from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.assemble import assembled
 from semiwear.sweep.bar import progress_receiver
 from semiwear.sweep.cluster import on_cluster
@@ -159,18 +159,14 @@ def read_job(
     """
     problems: list[Problem] = []
     variation = measured = None
-    try:
+    with Collected(problems):
         variation = read_variation(scene, vary, combine)
-    except SceneError as error:
-        problems += error.problems
-    try:
+    with Collected(problems):
         measured = measure_of(measure, wear_states)
-    except SceneError as error:
-        problems += error.problems
-    count, wrong = _workers(*crew)
+    count, wrong = workers_of(*crew)
     problems += wrong
-    if scene.wear is None and not (variation and any(axis.key == "wear" for axis in variation.axes)):
-        problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
+    if variation is None or all(axis.key != "wear" for axis in variation.axes):
+        problems += wear_problems(scene)
     if problems or variation is None or measured is None:
         raise SceneError(problems, "sweep")
     members, tasks = gather(scene, variation, measured)
@@ -185,7 +181,7 @@ def crew_of(crew: int | str | Client | None) -> tuple[int | str | None, Client |
     return (crew, None) if crew is None or isinstance(crew, int | str) else (None, crew)
 
 
-def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
+def workers_of(workers: object, client: object) -> tuple[int, list[Problem]]:
     """Number of processes, and problems with it."""
     allowed = f'a whole number, 0 (or "none": in this process) to {_MOST_WORKERS}'
     if workers is None:

@@ -25,7 +25,7 @@ from sys import float_info
 import numpy as np
 
 from semiwear.check import geometric_problems
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene, load_scene, scene_files, shipped_scenes
 from semiwear.scene.closest import closest
 from semiwear.scene.schema import SCHEMAS
@@ -104,10 +104,10 @@ def read_study(
         The readable part, for further checks by the caller; None if there is no scene.
     """
     source = Path(path)
-    try:
+    data = None
+    with Collected(problems):
         data = read_toml(_text(source), str(source))
-    except SceneError as error:
-        problems += error.problems
+    if data is None:
         return None
     names = ("scene", *options, "set", "vary", *further)
     for name in data:
@@ -215,9 +215,6 @@ def _scene(source: Path, name: object, changes: Table, problems: list[Problem]) 
         return None
     beside = source.parent / name
     source_name = str(beside) if name not in shipped_scenes() and beside.exists() else name
-    try:
-        scene = load_scene(source_name, check=geometric_problems)
-        return scene.replace(changes) if changes else scene
-    except SceneError as error:
-        problems += error.problems
-        return None
+    with Collected(problems):
+        return load_scene(source_name, check=geometric_problems, changes=changes)
+    return None

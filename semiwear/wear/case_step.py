@@ -9,6 +9,9 @@ too high.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from math import log, sqrt
 
 import numpy as np
 
@@ -33,6 +36,7 @@ DepthFactor = Callable[[FloatArray], FloatArray]
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _SMOOTH_FACTOR_TOLERANCE = 1e-10  # of the same, where results are to be smooth
 _FACTOR_ITERATIONS = 120
+_MORE = 1.001  # forces, over which the tangent of a law is taken
 _FACTOR_ERROR = 5e-2  # of the greatest factor: a greater change in the last iteration is an error
 _PREDICTOR_UPDATES = 2  # of the factor before the compliance is corrected, where results are to be smooth
 _FADES = 0.25  # of the elastic approach: distance over which later slices count in part where results are smooth
@@ -162,7 +166,8 @@ class CaseStep:
             self.law_residual = float(np.abs(change).max() / greatest)
             if self.law_residual <= tolerance:
                 break
-            self.factor = settling.after(self.factor, change, tolerance * greatest)
+            tangent = partial(self._by_tangents, meshes, positions, loads, rough)
+            self.factor = settling.after(self.factor, change, tolerance * greatest, tangent)
             loads, solved_by = self._solve(meshes, positions, loads, rough), rough  # until the factor has converged
         else:
             if self.law_residual > _FACTOR_ERROR:
@@ -173,6 +178,26 @@ class CaseStep:
                     "with the load"
                 )
         return loads if solved_by is final else self._solve(meshes, positions, loads)
+
+    def _by_tangents(
+        self, meshes: float, positions: Sequence[int] | None, loads: TeethLoads, solve: SolveLoads | None
+    ) -> FloatArray:
+        """Factor with the wear of every slice on its tangent over the load: a step of Newton's method.
+
+        The wear N r f(F) F of N meshes under a force F has the tangent N r ((f + f') F - f' F_0) at F_0, with the
+        change f' of the factor by the logarithm of the force: a greater wear compliance on a smaller gap. Wear that
+        would fall with the force is taken to be constant.
+        """
+        assert self.factor is not None
+        force, factor = loads.force, self._factor_under(loads)
+        more = replace(loads, force=_MORE * force, half_width=sqrt(_MORE) * loads.half_width)
+        slope = np.maximum((self._factor_under(more) - factor) / log(_MORE), -factor)
+        wear, teeth = meshes * self.rate, self.case.teeth
+        worn = self.state.coarse.nearer_by(wear * slope * force)
+        found = (solve or teeth.fidelity.solve)(teeth.problem, worn, loads, wear * (factor + slope), positions)
+        bears = (force > 0.0) & (found.force > 0.0)
+        relative = np.divide(force, found.force, out=np.ones_like(force), where=bears)
+        return np.maximum(np.where(bears, factor + slope * (1.0 - relative), self.factor), 0.0)
 
     def _change(self, loads: TeethLoads) -> FloatArray:
         """Factor under these loads less the factor with which they were solved."""

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.step_influence import CyclesTo, SpreadLoad, StepInfluence, followed
+from semiwear.wear.step_influence import CyclesTo, SpreadLoad, StepInfluence, followed, mean
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import WearMultipliers, Worn
 
@@ -114,7 +113,8 @@ class InterpolatedWear:
     ) -> FloatArray:
         """Sum of p |v_s| dt over one mesh on some slices of the driven flank, (face, profile) [N/mm]."""
         removed = teeth.removed(*worn, slices)
-        return _mean(by_width(teeth, weighted_loads), lambda own, load: _swept(own, motion, removed, load, slices))
+        spread = by_width(teeth, weighted_loads)
+        return mean((own.share, _swept(own.teeth, motion, removed, own.line_load, slices)) for own in spread)
 
     def followed(
         self,
@@ -244,12 +244,7 @@ def driving_wear_at(
         arguments = (motion, line_load, of_width.half_width, of_width.problem.modulus, slices)
         return wear_of_both_flanks(of_width.fine, of_width.grid, of_width.driving, removed, *arguments)[0]
 
-    return _mean(by_width(teeth, weighted_loads), own)
-
-
-def _mean(spread: Sequence[SpreadLoad], mesh: Callable[[LoadedTeeth, FloatArray], FloatArray]) -> FloatArray:
-    """Mean of `mesh` over the footprints of all widths, weighted by their shares of the meshes."""
-    return reduce(np.add, [load.share * mesh(load.teeth, load.line_load) for load in spread])
+    return mean((load.share, own(load.teeth, load.line_load)) for load in by_width(teeth, weighted_loads))
 
 
 def _cells(case: WeightedLoads) -> PatchCells:

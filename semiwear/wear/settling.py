@@ -2,12 +2,13 @@
 
 More load means more wear and so less load: a load-dependent factor on the wear coefficient decreases where it was too
 great. Anderson mixing of all elements (Anderson 1965, J. ACM 12, 547-560) converges in a few iterations. Where the
-factor depends steeply on the load, mixing ends in a cycle; every element is then kept between a value that was too
-small and one that was too great.
+factor depends steeply on the load, mixing ends in a cycle, from which Newton's method finds out unless the law has a
+kink near by; every element is then kept between a value that was too small and one that was too great.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,10 +31,12 @@ class Settling:
     _high: FloatArray | float = field(default=np.inf, init=False)
     _number: int = field(default=0, init=False)  # of iterations since the changes last fell to a tenth
     _tenth: float = field(default=np.inf, init=False)  # square of a tenth of the change counted from
-    _bounded: bool = field(default=False, init=False)
+    _stalls: int = field(default=0, init=False)
     _same_sign: IntArray | int = field(default=0, init=False)  # earlier changes in a row of the sign of the last one
 
-    def after(self, value: FloatArray, change: FloatArray, least: float) -> FloatArray:
+    def after(
+        self, value: FloatArray, change: FloatArray, least: float, tangent: Callable[[], FloatArray] | None = None
+    ) -> FloatArray:
         """Next values.
 
         Parameters
@@ -42,10 +45,15 @@ class Settling:
             The last values x, and f(x) - x.
         least : float
             Changes that count as none.
+        tangent : callable, optional
+            Next values by Newton's method, which are taken once mixing stalls; where they stall, too, values are
+            bounded.
         """
         last = self._history[-1][1] if self._history else None
-        mixed = self._mixed(value, change)
-        if not self._is_bounded(float(np.vdot(change, change))) or last is None:
+        mixed, stalls = self._mixed(value, change), self._stalls_of(float(np.vdot(change, change)))
+        if stalls == 1 and tangent is not None:
+            return tangent()
+        if stalls == 0 or last is None:
             return mixed
         self._same_sign = np.where(change * last > 0.0, self._same_sign + 1, 0)
         goes_on = (self._same_sign >= _SAME_SIGN) & (np.abs(change) > least)
@@ -53,13 +61,13 @@ class Settling:
         low, high = self._low, self._high = _wider(change, low, high, goes_on, least)
         return np.where((mixed >= low) & (mixed <= high), mixed, _between(value + 0.5 * change, low, high))
 
-    def _is_bounded(self, square: float) -> bool:
-        """Whether changes, given by the sum of their squares, have for some iterations not fallen to a tenth."""
-        if square <= self._tenth:
-            self._number, self._tenth = 0, 0.01 * square
+    def _stalls_of(self, square: float) -> int:
+        """How often changes, given by the sum of their squares, have for some iterations not fallen to a tenth."""
+        ends = self._number >= _UNBOUNDED and square > self._tenth
+        if ends or square <= self._tenth:
+            self._number, self._tenth, self._stalls = 0, 0.01 * square, self._stalls + ends
         self._number += 1
-        self._bounded = self._bounded or self._number > _UNBOUNDED
-        return self._bounded
+        return self._stalls
 
     def _mixed(self, value: FloatArray, change: FloatArray) -> FloatArray:
         """Next values by Anderson mixing of the last few.

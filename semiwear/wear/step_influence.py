@@ -17,7 +17,7 @@ is of third order; with a_c = 0 it is of second order. All weights are positive:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from typing import NamedTuple
@@ -144,8 +144,8 @@ class StepInfluence:
         """
         found = [own.mesh(load, slices, self.course) for own, load in zip(self.widths, line_loads, strict=True)]
         shares = [own.share for own in self.widths]
-        taken = reduce(np.add, [share * own for share, (_, own) in zip(shares, found, strict=True)])
-        return _mean([mesh for mesh, _ in found], shares), taken
+        taken = mean((share, own) for share, (_, own) in zip(shares, found, strict=True))
+        return _mean_wear([mesh for mesh, _ in found], shares), taken
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ def followed(
 
     def mesh_over(met: Worn, before: Worn, part: float = 1.0) -> Worn:
         meshes = [own.over(met, before, part)[0] for own in of_widths]
-        return _mean(meshes, [load.share for load in spread])
+        return _mean_wear(meshes, [load.share for load in spread])
 
     mesh = mesh_over(worn, worn)
     if callable(cycles):
@@ -250,12 +250,16 @@ def followed(
     return StepInfluence(WearCourse(shapes, met, parts), widths)
 
 
-def _mean(meshes: Sequence[Worn], shares: Sequence[float]) -> Worn:
-    """Mean of the wear of meshes with footprints of different widths, weighted by their shares."""
-    if len(meshes) == 1:
-        return meshes[0]
-    zero = meshes[0].plus(-1.0, meshes[0])
-    return reduce(lambda total, pair: total.plus(*pair), zip(shares, meshes, strict=True), zero)
+def mean(weighted: Iterable[tuple[float, FloatArray]]) -> FloatArray:
+    """Mean over footprints of different widths, from their shares of the meshes and the arrays of each."""
+    return reduce(np.add, [share * array for share, array in weighted])
+
+
+def _mean_wear(meshes: Sequence[Worn], shares: Sequence[float]) -> Worn:
+    """Mean of the wear of meshes."""
+    driving = [mesh.driving for mesh in meshes if mesh.driving is not None]
+    driven = mean(zip(shares, [mesh.driven for mesh in meshes], strict=True))
+    return Worn(driven, mean(zip(shares, driving, strict=True)) if driving else None)
 
 
 @dataclass

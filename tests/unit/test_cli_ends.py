@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,7 @@ import semiwear as sw
 from fem_reference.solvers import SlowSolverWarning
 from semiwear.cli import main
 from semiwear.console import notes_on_standard_error
+from semiwear.scene import load_scene
 
 SMALL = [
     "--set", "numerics.face_slices=11", "--set", "numerics.roll_positions=8", "--set", "numerics.profile_points=31",
@@ -118,6 +120,67 @@ def test_options_that_are_wrong_are_told_at_once(capsys):
     told = {one["field"]: one["fix"] for one in error["problems"]}
     assert told["--meshes"] == "did you mean 4.5e7?" and told["--life"] == "did you mean 60?"
     assert set(told) == {"--meshes", "--life", "--set", "--confidence"}
+
+
+@pytest.fixture
+def wrong_scene(tmp_path):
+    text = sw.load_scene("spur_fzg_c").to_toml().replace("pinion_torque_Nm = 302.0", "pinion_torque_Nm = -3")
+    (tmp_path / "wrong.toml").write_text(text, encoding="utf-8")
+    return tmp_path / "wrong.toml"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (
+            "run {scene} --set x --set wear.until.meshes=-1 --fidelity line --set numerics.fidelity=patch "
+            "--resume --report {scene}/a.nc",
+            "--set wear.until.meshes --fidelity --resume --report",
+        ),
+        ("run {scene} -o no/folder.nc --against a.nc --set gear=3", "-o --against gear"),
+        ("geometry {scene} -o a.doc --set gear=3", "-o gear"),
+        ("screen {scene} --threshold 2% --set gear=3", "--threshold gear"),
+        ("calibrate {scene} x.nc --life 60um", "--life"),
+        ("optimise {study} -o best.nc --workers 1.5", "-o --workers gear"),
+        ("infer {study} -o best.toml --workers 1.5", "-o --workers gear"),
+        ("sweep {study} -o best.toml --workers 1.5 --scheduler x", "-o --workers gear"),
+    ],
+)
+def test_problems_of_scene_and_options_are_told_at_once(words, told, wrong_scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text(f'scene = "{wrong_scene}"\nset.gear = 3\n', encoding="utf-8")
+    places = {"scene": wrong_scene, "study": tmp_path / "study.toml"}
+    assert main([word.format(**places) for word in words.split()] + ["--json", "-q"]) == 2
+    fields = {one["field"] for one in json.loads(capsys.readouterr().err)["problems"]}
+    assert fields >= {*told.split(), "operation.pinion_torque_Nm"}
+
+
+def test_a_change_mends_what_the_file_has_wrong(wrong_scene, capsys):
+    assert main(["plan", str(wrong_scene), "--set", "operation.pinion_torque_Nm=302.0"]) == 0
+    changed = load_scene(wrong_scene, changes={"operation.pinion_torque_Nm": 302.0, "effects.friction": {}})
+    assert changed == sw.load_scene("spur_fzg_c").replace({"effects.friction": {}})
+
+
+def test_a_page_over_hours_and_files_in_the_way_are_told_at_once(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = sw.load_scene("spur_fzg_c").replace({"operation.pinion_speed_rpm": None}).to_toml()
+    Path("a.html").write_text(text, encoding="utf-8")
+    assert main(["run", "a.html", "--report", "a.html", "--over", "hours"]) == 2
+    told = capsys.readouterr().err
+    assert "--over: found 'hours'" in told and "the scene is that file" in told
+
+
+def test_arguments_that_are_wrong_are_told_at_once():
+    spur = sw.load_scene("spur_fzg_c").replace({"wear": None})
+
+    def fields(call, **arguments):
+        with pytest.raises(sw.SceneError) as error:
+            call(spur, **arguments)
+        return {problem.field for problem in error.value.problems}
+
+    assert fields(sw.simulate, fidelity="coarse", resume=True) == {"numerics.fidelity", "wear", "resume"}
+    assert fields(sw.scatter, distributions={"x": 1}, crew=-1) == {"x", "workers", "wear"}
+    assert fields(sw.infer, unknown={}, observed=[], crew=-1, runs=1) >= {"workers", "runs", "wear"}
 
 
 def test_missing_values_are_null(capsys):

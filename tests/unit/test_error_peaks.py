@@ -10,6 +10,7 @@ from semiwear.accuracy import run
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Designs
 from semiwear.optimise.quantity import quantity_of
 from semiwear.optimise.space import space_of
+from semiwear.report.numbers import _excitation
 from tests.same_result import different_variables
 
 _PINION, _GEAR = (f"effects.modification.{body}.tip_relief_um" for body in ("pinion", "gear"))
@@ -49,6 +50,17 @@ def test_peaks_between_positions_are_found(
     assert (plain["history"].transmission_error_amplitude.values < 0.85 * dense).all()
     np.testing.assert_allclose(amplitude, dense, rtol=within)
     assert different_variables(plain, found) == [_AMPLITUDE, *_SCENE]
+
+
+def test_results_sweeps_and_reports_say_that_roll_positions_miss_peaks(relieved: sw.Scene, plain: Any) -> None:
+    swept = sw.sweep(relieved, {"operation.pinion_torque_Nm": [100.0]}, measure=_AMPLITUDE[9:], workers=0)
+    for amplitude in (plain["history"].transmission_error_amplitude, swept.transmission_error_amplitude):
+        assert "numerics.peak_positions (192 is usual) finds the peaks" in amplitude.attrs["comment"]
+    known = plain.copy()
+    known.attrs["scene_toml"] = relieved.replace({"numerics.peak_positions": 192}).to_toml()
+    for tree, told in ((plain, True), (known, False)):
+        (note,) = (note for name, _, note in _excitation(tree) if name == "Transmission error, amplitude")
+        assert ("numerics.peak_positions finds peaks between them" in note) == told
 
 
 def test_even_positions_that_are_near_enough_stay_alone(relieved: sw.Scene, plain: Any) -> None:

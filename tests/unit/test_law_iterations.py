@@ -1,6 +1,7 @@
 """How a wear law and the loads settle upon each other: steep laws, and friction in the loads."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 import semiwear as sw
 from semiwear.contact import frictional_contact
 from semiwear.contact.frictional_contact import FrictionalContact
+from semiwear.life import find_life
 from semiwear.wear import case_step
 from semiwear.wear.settling import Settling
 from tests.scenes import SMALL, TINY, UNTIL_MESHES, scene_of
@@ -76,7 +78,7 @@ def test_a_law_settles_in_a_few_solutions_and_within_its_tolerance(monkeypatch, 
     """Each by what the last changes say; a half of every change takes twice as many."""
     mixed = history(RUBBING)
     few = counted["solutions"]
-    monkeypatch.setattr(Settling, "after", lambda self, value, change, least: value + 0.5 * change)
+    monkeypatch.setattr(Settling, "after", lambda self, value, change, *_: value + 0.5 * change)
     counted["solutions"] = 0
     halves = history(RUBBING)
     assert few < 0.8 * counted["solutions"]
@@ -165,6 +167,45 @@ def test_wear_that_grows_steeply_with_the_load_is_found_in_steps_of_any_length()
     for name, within in {"wear_depth_max": 0.05, "meshes": 0.03, "contact_pressure_pitch": 0.005}.items():
         few, many = (one["history"][name].values[-1] for one in (two, ten))
         np.testing.assert_allclose(few, many, rtol=within)
+
+
+@pytest.mark.parametrize("fidelity", ["line", pytest.param("patch", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("meshes", [1e9, 1e10, 1e11, 1e12, 1e13])
+def test_tangents_find_the_loads_that_bounds_find(monkeypatch, fidelity, meshes):
+    """Steps in which a film comes to carry all load, and slices lie at its kinks."""
+    film = {"effects.lubrication.roughness_um": 0.15, "effects.wear_law.lubrication.full_film_lambda": 1.0}
+    ends = {"wear.until.meshes": meshes, "operation.pinion_speed_rpm": 1500.0, "numerics.fidelity": fidelity}
+    physics = sw.plan(scene_of(SMALL, UNTIL_MESHES, ends | film, wears=True))
+    stepper = replace(physics.wear_stepper(physics.loaded_teeth()), implicit=True)
+    start = stepper.start()
+    found = stepper.trial(start, meshes)
+    after = Settling.after
+    monkeypatch.setattr(Settling, "after", lambda self, value, change, least, _: after(self, value, change, least))
+    bounded = stepper.trial(start, meshes)
+    assert max(found.law_residual, bounded.law_residual) <= case_step._FACTOR_TOLERANCE
+    np.testing.assert_allclose(found.worn.driven, bounded.worn.driven, atol=2e-3 * found.worn.driven.max())
+
+
+SPUR = {"numerics.face_slices": 11, "numerics.roll_positions": 12, "numerics.profile_points": 61}
+SPUR |= {"numerics.harmonics": 5, "operation.pinion_speed_rpm": 1500.0}
+
+
+@pytest.mark.parametrize(
+    "roughness", [0.12, *(pytest.param(um, marks=pytest.mark.slow) for um in (0.14, 0.15, 0.16, 0.165))]
+)
+def test_a_film_that_carries_nearly_all_load_leaves_a_long_life_or_one_without_end(roughness):
+    """Bounds alone let the law change by up to 7 % to the last, and ended in an error."""
+
+    def life(roughness_um):
+        film = {"effects.lubrication": {"roughness_um": roughness_um}, "effects.run_life.depth_limit_um": 4.0}
+        film |= {"effects.wear_law.lubrication.full_film_lambda": 1.0, "operation.pinion_torque_Nm": 200.0}
+        physics = sw.plan(sw.load_scene("spur_fzg_c").replace(SPUR | film))
+        teeth = physics.loaded_teeth()
+        return find_life(physics, teeth, physics.wear_stepper(teeth))
+
+    found = life(roughness)
+    assert found.meshes > 3.0 * life(0.18).meshes
+    assert max(state.law_residual for state in found.states) <= case_step._FACTOR_TOLERANCE
 
 
 def test_a_full_film_everywhere_leaves_no_wear_and_no_warning():

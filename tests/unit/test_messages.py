@@ -141,11 +141,12 @@ def test_plan_shows_what_effects_are_set_to(shipped):
 def test_angles_in_radians_are_questioned(spur):
     (told,) = told_of(spur, {"gear_pair.pressure_angle_deg": 0.349})
     assert told.endswith("this looks like radians, give 20")
-    told = " ".join(str(sw.plan(spur.replace({"gear_pair.helix_angle_deg": 0.26}))).split())
-    assert "unusual: helix_angle_deg = 0.26, is it in radians (14.9 degrees)?" in told
-    assert "unusual" not in str(
-        sw.plan(spur.replace({"gear_pair.helix_angle_deg": 1.0, "gear_pair.centre_distance_mm": None}))
-    )
+    helical = spur.replace({"gear_pair.helix_angle_deg": 0.26})
+    question = "helix_angle_deg = 0.26, is it in radians (14.9 degrees)?"
+    assert f"unusual: {question}" in " ".join(str(sw.plan(helical)).split())
+    assert question in [margin.usual for margin in sw.check_geometry(helical).margins]
+    helical = spur.replace({"gear_pair.helix_angle_deg": 1.0, "gear_pair.centre_distance_mm": None})
+    assert "radians" not in f"{sw.plan(helical)} {sw.check_geometry(helical)}"
 
 
 @pytest.mark.parametrize("body", ["pinion", "gear"])

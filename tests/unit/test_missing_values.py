@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import semiwear as sw
 from semiwear import collect, plot
@@ -10,7 +11,7 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.plan import plan
 from semiwear.report.pictures import PICTURES, draw
 from semiwear.report.sections import wear_steps
-from semiwear.results import build_tree
+from semiwear.results import build_dataset, build_tree
 from semiwear.results.kinds import difference, step_errors
 from semiwear.results.missing import away_from_edges, missing_notes, why_missing
 from tests.strategies.results import synthetic_tree
@@ -72,6 +73,20 @@ def test_missing_values_say_why_and_outlive_a_file(without_pitch, tmp_path):
     assert set(notes) == {"contact_pressure_pitch", "contact_pressure_root"}
     assert "pitch band" in notes["contact_pressure_pitch"]
     assert "missing_because" not in again["history"].contact_pressure_addendum.attrs
+
+
+def test_lives_without_end_are_infinite_say_why_and_outlive_a_file(without_pitch, tmp_path):
+    life = {"depth_limit": 8.0, "meshes_to_limit": np.inf, "hours_to_limit": np.inf}
+    life |= {"sensitivity_to_wear_coefficient": np.nan, "sensitivity_to_torque": np.nan}
+    tree = without_pitch.copy()
+    tree["life"] = xr.DataTree(build_dataset("life", life, {}))
+    sw.save(tree, tmp_path / "a.nc")
+    again = sw.open_results(tmp_path / "a.nc")["life"]
+    assert again.meshes_to_limit == again.hours_to_limit == np.inf
+    assert "no wear ends its life" in again.meshes_to_limit.attrs["infinite_because"]
+    for name, wrong in (("meshes_to_limit", np.nan), ("hours_to_limit", -np.inf), ("depth_limit", np.inf)):
+        with pytest.raises(sw.SemiwearError, match=f"{name}: 1 of 1 values are not finite"):
+            build_dataset("life", life | {name: wrong}, {})
 
 
 @pytest.mark.slow

@@ -216,7 +216,7 @@ def test_the_life_says_what_ends_it_earlier(ended_by, earlier):
 
 
 def test_a_life_that_no_wear_ends_is_told_without_end():
-    life = {"depth_limit": 50.0, "meshes_to_limit": np.nan, "hours_to_limit": np.nan}
+    life = {"depth_limit": 50.0, "meshes_to_limit": np.inf, "hours_to_limit": np.inf}
     life |= {"ended_by": "pitting", "meshes_to_end": 2e9, "hours_to_end": 300.0}
     tree = xr.DataTree.from_dict({"/life": xr.Dataset({name: ((), value) for name, value in life.items()})})
     ((_, value, meaning),) = life_numbers(tree)

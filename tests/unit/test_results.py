@@ -119,6 +119,7 @@ NOT_FINITE = [
     for bad in (np.nan, np.inf, -np.inf)
     for entry in VARIABLES.values()
     if entry.group in TREE.children and entry.dtype != "str" and not (entry.absent and np.isnan(bad))
+    if not (entry.infinite and bad == np.inf)
 ]
 
 

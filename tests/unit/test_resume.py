@@ -100,7 +100,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     for part in ("touched", "coarse", "loads"):
         one, other = getattr(state.contact, part), getattr(back.contact, part)
         for entry in fields(one):
-            if entry.name != "removed":
+            if entry.name not in ("removed", "nearer"):  # nearer: of the trials of a wear law alone
                 assert getattr(one, entry.name).tobytes() == getattr(other, entry.name).tobytes(), entry.name
     assert back.contact.driving_wear.tobytes() == state.contact.driving_wear.tobytes()
 

@@ -500,7 +500,7 @@ def test_lives_that_no_wear_ends_are_not_emulated(monkeypatch, solved):
     def simulate(scene):
         tree = known(scene)
         life = tree["life"].to_dataset()
-        never = np.asarray(np.nan if scene.operation.pinion_torque_Nm < 1600.0 else 1e9)
+        never = np.asarray(np.inf if scene.operation.pinion_torque_Nm < 1600.0 else 1e9)
         tree["life"] = xr.DataTree(life.assign(meshes_to_limit=((), never)))
         return tree
 

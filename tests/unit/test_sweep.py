@@ -514,7 +514,7 @@ def test_a_life_without_end_is_infinite_and_the_run_is_told(solved, monkeypatch,
 def test_no_failure_at_all_outlives_every_first_failure(solved, monkeypatch):
     """Wear stops, and no failure mode ends the life: it has no end. One that pitting ends has no end by wear."""
     path = "/life/meshes_to_"
-    outcomes = {800.0: None, 1600.0: {f"{path}limit": np.nan, f"{path}end": 3e8}}
+    outcomes = {800.0: None, 1600.0: {f"{path}limit": np.inf, f"{path}end": 3e8}}
 
     def life(task):
         told = outcomes[task.scene.operation.pinion_torque_Nm]
