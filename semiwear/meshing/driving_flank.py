@@ -10,7 +10,15 @@ from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
-from semiwear.meshing.flank_grid import FlankGrid, between_stations, change_above, cubic, locate, slope_at
+from semiwear.meshing.flank_grid import (
+    FlankGrid,
+    between_stations,
+    change_above,
+    cubic,
+    locate,
+    locate_all,
+    slopes_between,
+)
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
 from semiwear.threads import in_loose_shares
 
@@ -48,8 +56,17 @@ def _at_station(depth, low, weight, own, split, first, end, here, slope):  # typ
     """Fill in depths between two stations and their slopes at nodes from `first` up to `end`."""
     for n in range(max(first - _FOR_SLOPES, 0), min(end + _FOR_SLOPES, own.shape[0])):
         here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
-    for n in range(first, end):
-        slope[n] = slope_at(here, own, split, n)
+    slopes_between(here, own, split, first, end, slope)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _read_depth(here, slope, above_split, split, cells, places):  # type: ignore[no-untyped-def]
+    """Replace fractions of cells by depths there, as `smooth_value`; `above_split` is the slope above the split."""
+    here_above, slope_above = here[1:], slope[1:]
+    for p in range(places.shape[0]):
+        cell = np.uint64(cells[p])  # no index from the end: see `slopes_between`
+        before = above_split if cells[p] == split else slope[cell]
+        places[p] = max(cubic(here[cell], here_above[cell], before, slope_above[cell], places[p]), 0.0)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -57,7 +74,7 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
     """Depth of both flanks at nodes in windows; elsewhere that of the driven one alone, if `everywhere`."""
     profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
-    here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
+    here, slope, memory = np.empty(own.shape[0]), np.empty(own.shape[0]), np.empty(nodes.shape[1], dtype=np.int64)
     for i in slices:
         before_low, before_weight, known, known_end = -1, 0.0, 0, 0
         for k in range(profile.shape[0]):
@@ -82,12 +99,14 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
             if highest > known_end:
                 _at_station(depth, low, weight, own, split, known_end, highest, here, slope)
                 known_end = highest
-            for p in range(first, end):
-                place = on_line + turns * (nodes[i, p] - profile[k, i])
-                cell, x = locate(own, split, place)
-                before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
-                driving = cubic(here[cell], here[cell + 1], before, slope[cell + 1], x)
-                out[k, i, p] = fresh[p] + driven[i, p] + max(driving, 0.0)
+            at, found, cells = nodes[i, first:end], out[k, i, first:end], memory[first:end]
+            for p in range(found.shape[0]):
+                found[p] = on_line + turns * (at[p] - profile[k, i])
+            locate_all(own, split, found, cells)
+            _read_depth(here, slope, change_above(slope[split], own, split, split), split, cells, found)
+            both, theirs = fresh[first:end], driven[i, first:end]
+            for p in range(found.shape[0]):
+                found[p] += both[p] + theirs[p]
 
 
 @dataclass(frozen=True)

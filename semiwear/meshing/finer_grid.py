@@ -13,7 +13,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import ZERO, njit
-from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, slope_at
+from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, slopes_between
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,13 @@ def _cut(values: FloatArray, parts: int) -> FloatArray:
 def _read(values, nodes, split, parts):  # type: ignore[no-untyped-def]
     """Values at the beginnings of the parts of all cells, from those on the nodes of each slice."""
     cells = nodes.shape[1] - 1
-    out = np.empty((values.shape[0], values.shape[1], cells * parts))
+    out, slope = np.empty((values.shape[0], values.shape[1], cells * parts)), np.empty(nodes.shape[1])
     for r in range(values.shape[0]):
         for i in range(values.shape[1]):
             own = values[r, i]
-            after = slope_at(own, nodes[i], split[i], ZERO)
+            slopes_between(own, nodes[i], split[i], ZERO, nodes.shape[1], slope)
             for cell in range(cells):
-                before = change_above(after, nodes[i], split[i], cell)
-                after = slope_at(own, nodes[i], split[i], cell + 1)
+                before, after = change_above(slope[cell], nodes[i], split[i], cell), slope[cell + 1]
                 for part in range(parts):
                     out[r, i, cell * parts + part] = cubic(own[cell], own[cell + 1], before, after, part / parts)
     return out

@@ -140,6 +140,22 @@ def locate(profile, split, place):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
+def locate_all(profile, split, places, cells):  # type: ignore[no-untyped-def]
+    """Cells of several places, which are replaced by their fractions: as `locate`, without branches."""
+    last = profile.shape[0] - 1
+    low, middle, high = profile[0], profile[split], profile[last]
+    for p in range(places.shape[0]):
+        place = min(max(places[p], low), high)
+        below = place < middle or split == last
+        begin, end = (low if below else middle), (middle if below else high)
+        count = split if below else last - split
+        x = (place - begin) / (end - begin) * count
+        k = min(int(x), count - 1)
+        cells[p] = k if below else split + k
+        places[p] = x - k
+
+
+@inner_njit(cache=True, error_model="numpy")
 def first_from(rising, value):  # type: ignore[no-untyped-def]
     """Index of the first of rising numbers that is not less than a value; their count if all are less.
 
@@ -161,6 +177,15 @@ def _minmod(a, b):  # type: ignore[no-untyped-def]
     if a * b <= 0.0:
         return 0.0
     return a if abs(a) < abs(b) else b
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _limited(before, lower, upper, after, upper_weight):  # type: ignore[no-untyped-def]
+    """The slope of `slope_at` from the changes over the two cells to either side of a node."""
+    bend = upper - lower
+    tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
+    most = max(3.0 * min(abs(lower), abs(upper)), 1.5 * abs(tangent))
+    return min(max(lower + upper_weight * bend, -most), most)
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -189,10 +214,28 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
             upper_weight = 1.0 / (1.0 + wider)
         if node > split:
             before *= wider
-    bend = upper - lower
-    tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
-    most = max(3.0 * min(abs(lower), abs(upper)), 1.5 * abs(tangent))
-    return min(max(lower + upper_weight * bend, -most), most)
+    return _limited(before, lower, upper, after, upper_weight)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def slopes_between(values, nodes, split, first, end, out):  # type: ignore[no-untyped-def]
+    """Fill in `slope_at` of the nodes from `first` up to `end`."""
+    last = values.shape[0] - 1
+    inner = min(max(first, 2), end)
+    stop = max(min(end, last - 1), inner)
+    for n in range(first, inner):
+        out[n] = slope_at(values, nodes, split, n)
+    if inner < stop:
+        # parts of arrays: indices that might be negative, from the end, keep the processor from several nodes at once
+        near, found = values[inner - 2 : stop + 2], out[inner:stop]
+        for n in range(found.shape[0]):
+            lower, upper = near[n + 2] - near[n + 1], near[n + 3] - near[n + 2]
+            found[n] = _limited(near[n + 1] - near[n], lower, upper, near[n + 4] - near[n + 3], 0.5)
+    for n in range(stop, end):
+        out[n] = slope_at(values, nodes, split, n)
+    if split < last:
+        for n in range(max(first, split - 1), min(end, split + 2)):
+            out[n] = slope_at(values, nodes, split, n)
 
 
 @inner_njit(cache=True, error_model="numpy")

@@ -184,7 +184,8 @@ class WidthInfluence:
         driven, taken[DRIVEN] = sum_of_rows(self.driven, times, teeth.grid, slices)
         mesh, rest = Worn(driven, driving), np.zeros_like(covered)
         rest[:, slices] = (line_load - covered)[:, slices]
-        return (mesh, taken) if not rest.any() else self._with(rest, slices, course, mesh, taken)
+        slices = np.flatnonzero(rest.any(axis=0))  # few, as a rule
+        return (mesh, taken) if slices.size == 0 else self._with(rest, slices, course, mesh, taken)
 
     def _with(
         self, rest: FloatArray, slices: IntArray, course: WearCourse, mesh: Worn, taken: FloatArray

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from semiwear.meshing.flank_grid import smooth_value
+from semiwear.meshing.flank_grid import locate, locate_all, slope_at, slopes_between, smooth_value
 
 DEPTHS = arrays(float, st.integers(2, 12), elements=st.floats(0.0, 2.0, allow_subnormal=False))
 PLACES = np.linspace(0.0, 1.0, 21)
@@ -84,3 +84,24 @@ def test_refining_smooth_wear_converges_with_the_third_order() -> None:
         error = np.abs(between(np.cos(7.0 * u)) - np.cos(7.0 * place))
         errors.append(error[2:-2].max())
     assert (np.diff(np.log2(errors)) < -2.8).all()
+
+
+@given(st.data())
+def test_slopes_and_cells_of_many_are_those_of_one(data):
+    points = data.draw(st.integers(6, 30))
+    split = data.draw(st.one_of(st.integers(2, points - 3), st.just(points - 1)))
+    widths = np.where(np.arange(points - 1) < split, data.draw(st.floats(0.1, 2.0)), data.draw(st.floats(0.1, 2.0)))
+    nodes = np.concatenate([[0.0], np.cumsum(widths)])
+    values = np.array(data.draw(st.lists(st.floats(-1.0, 1.0), min_size=points, max_size=points)))
+    first, end = sorted(data.draw(st.tuples(st.integers(0, points), st.integers(0, points))))
+    slopes = np.full(points, np.inf)
+    slopes_between(values, nodes, split, first, end, slopes)
+    expected = [slope_at(values, nodes, split, n) for n in range(first, end)]
+    assert slopes[first:end].tolist() == expected
+    assert np.isinf(slopes[:first]).all()
+    assert np.isinf(slopes[end:]).all()
+    between = data.draw(st.lists(st.floats(-1.0, nodes[-1] + 1.0), max_size=20))
+    places = np.concatenate([nodes, between])
+    cells, parts = np.empty(places.size, dtype=np.int64), places.copy()
+    locate_all(nodes, split, parts, cells)
+    assert list(zip(cells.tolist(), parts.tolist(), strict=True)) == [locate(nodes, split, p) for p in places]
