@@ -27,7 +27,7 @@ from semiwear.effect_clock import EffectClock
 from semiwear.errors import SceneError
 from semiwear.html_text import folded_html, html_table
 from semiwear.meshing.contact_lines import ContactLines, face_stations
-from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
+from semiwear.meshing.driving_flank import DrivingFlank, driving_flank, driving_grid
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
@@ -200,28 +200,30 @@ class Plan:
     @one_blas_thread()
     def teeth_between(self, teeth: LoadedTeeth, phase: FloatArray) -> LoadedTeeth:
         """Teeth of this plan at other phases of the mesh cycle; they share all that does not depend on these."""
-        scene, pair, known = self.scene, teeth.pair, teeth.problem
+        scene, pair, before, driving = self.scene, teeth.pair, teeth.problem, teeth.driving
         rolls = given_roll_grid(teeth.rolls.start, teeth.rolls.pairs, teeth.rolls.start + phase)
         fresh = lines_at(pair, rolls, teeth.grid.face)
         shape = self._shape(pair, rolls, (fresh, fresh), teeth.grid)
         lines, elastic_teeth = shape.lines, tooth_compliance(scene, pair, fresh, self.compared, recurs=False)
-        half_width = known.usual_half_width
+        half_width = before.usual_half_width
         problem = replace(
-            known.on_lines(lines),
+            before.on_lines(lines),
             per_cycle=rolls.phase.size,
             teeth=elastic_teeth,
             torque=np.full(rolls.phase.size, 1e3 * scene.operation.pinion_torque_Nm),
             more=effects.further_compliance(scene, pair, lines, elastic_teeth, half_width, self.clock),
         )
+        if driving is not None:
+            driving = driving_flank(driving.grid, shape.fine, teeth.grid, problem.is_near(shape.fine))
         return replace(
             teeth,
             rolls=rolls,
             fine=shape.fine,
             lines=lines,
             problem=problem,
-            fidelity=effects.rubbing(scene, pair, lines, _fidelity(known.cells is not None, teeth.smooth)),
+            fidelity=effects.rubbing(scene, pair, lines, _fidelity(before.cells is not None, teeth.smooth)),
             modification=shape.modification,
-            driving=self._driving(pair, shape.fine, teeth.grid, problem.is_near(shape.fine)),
+            driving=driving,
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
@@ -346,7 +348,7 @@ class Plan:
         wear = self.scene.wear
         if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
             return None
-        return driving_flank(pair, fine, grid, near)
+        return driving_flank(driving_grid(pair, grid.face, grid.profile.shape[1]), fine, grid, near)
 
     def _unworn_zero(
         self,

@@ -60,16 +60,19 @@ def tooth_compliance(
 ) -> ElasticTeeth:
     """Compliant bodies on contact lines; none for rigid teeth.
 
-    Lines that recur find the same object. Runs that are compared with one another share their prisms: these are found
-    for common Young's moduli, with scaled deflections, and interpolated along the course of the changed field.
+    Lines that recur find the same object, others what is known of the compliance at their roll positions. Runs that
+    are compared with one another share their prisms: these are found for common Young's moduli, with scaled
+    deflections, and interpolated along the course of the changed field.
     """
     numerics = scene.numerics
     if numerics.tooth_compliance == "rigid":
         return ElasticTeeth(lines.roll, tuple)
     if numerics.tooth_compliance != "prism":
         return ElasticTeeth(lines.roll, partial(_influence, scene, pair, lines))
-    find = _prisms_on_lines if recurs else _prisms
-    return find(Toothing.of(scene), scene.operation.loaded_flank, pair, numerics.harmonics, lines, compared)
+    own = Toothing.of(scene), scene.operation.loaded_flank, pair, numerics.harmonics
+    if recurs:
+        return _prisms_on_lines(*own, lines, compared)
+    return replace(_prisms(*own, lines, compared), known=_known_compliance(*own, lines.face.tobytes(), compared))
 
 
 def _prisms(
@@ -80,9 +83,7 @@ def _prisms(
     lines: ContactLines,
     compared: Compared | None,
 ) -> ElasticTeeth:
-    known = _known_compliance(toothing, loaded_flank, pair, harmonics, lines.face.tobytes(), compared)
-    bodies = partial(_prism_bodies, toothing, loaded_flank, pair, harmonics, lines, compared)
-    return ElasticTeeth(lines.roll, bodies, known)
+    return ElasticTeeth(lines.roll, partial(_prism_bodies, toothing, loaded_flank, pair, harmonics, lines, compared))
 
 
 _prisms_on_lines = lru_cache(maxsize=4)(_prisms)
@@ -90,7 +91,7 @@ _prisms_on_lines = lru_cache(maxsize=4)(_prisms)
 
 @lru_cache(maxsize=4)
 def _known_compliance(*_: object) -> dict[tuple[bytes, bytes], PointCompliance]:
-    """The cache of `ElasticTeeth` for all roll positions, by what else the compliance depends on."""
+    """A cache for `ElasticTeeth` on any lines, by what else the compliance between their points depends on."""
     return {}
 
 
