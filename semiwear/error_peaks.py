@@ -35,7 +35,7 @@ def error_amplitude(physics: Plan, teeth: LoadedTeeth, state: LoadedState) -> fl
     assert positions is not None
     known = _MeshCycle.of(teeth, state)
     while (between := known.middles_of_steps((1.0 + _ROUNDING) / positions)).size:
-        further = physics.loaded_teeth(None, teeth.rolls.start + between)
+        further = physics.teeth_between(teeth, between)
         loaded = further.load(state.wear, None, state.driving_wear)
         known = known.joined(_MeshCycle.of(further, loaded))
     return float(np.ptp(known.error))

@@ -139,8 +139,8 @@ class BeyondOnLines:
         if wheel is None or radius is None:
             return cls(tuple(forms), ends, share, width)
         spread = along_width(share, POLYNOMIALS)
-        forms.append(_ring_form(wheel.wheel.compliance, spread, wheel.foot.on_wheel, radius[:2]))
-        forms.append(_ring_form(-wheel.virtual.compliance, spread, wheel.foot.on_virtual, radius[:2]))
+        forms.append(_ring_form(wheel.wheel.compliance, spread, wheel.foot.on_wheel, radius))
+        forms.append(_ring_form(-wheel.virtual.compliance, spread, wheel.foot.on_virtual, radius))
         return cls(tuple(forms), ends, share, width, _StrainedWheel.of(wheel, radius[2]))
 
     def add_compliance(
@@ -290,11 +290,12 @@ def _ring_form(
     table: FloatArray,
     spread: FloatArray,
     load: Callable[[FloatArray], FloatArray],
-    radius: tuple[FloatArray, FloatArray],
+    radius: tuple[FloatArray, FloatArray, FloatArray],
 ) -> _Form:
-    step = 1e-4 * float(np.mean(radius[0]))
-    change = (load(radius[0] + step) - load(radius[0] - step)) / (2.0 * step) * radius[1][..., None]
-    return _form(spread, load(radius[0]), change, table)
+    at, slope, at_heights = radius
+    step = 1e-4 * float(np.mean(at_heights))  # of the tooth, not of these lines: a place has the same form on others
+    change = (load(at + step) - load(at - step)) / (2.0 * step) * slope[..., None]
+    return _form(spread, load(at), change, table)
 
 
 def _form(shares: FloatArray, value: FloatArray, slope: FloatArray, table: FloatArray) -> _Form:

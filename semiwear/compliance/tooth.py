@@ -9,9 +9,10 @@ comes from `taper`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -430,27 +431,59 @@ def line_compliance(
     return 0.5 * (matrix + matrix.T), slope
 
 
+class PointCompliance(NamedTuple):
+    """Tooth compliance between contact points; not to be changed in place.
+
+    Attributes
+    ----------
+    matrix, slope : (n, n) arrays [mm/N], [mm/N/mm]
+        As of `line_compliance`.
+    depth : (bodies, n) array [mm]
+        Distance from the flank to the middle surface.
+    elastic : tuple of Elastic
+        The bodies.
+    """
+
+    matrix: FloatArray
+    slope: FloatArray
+    depth: FloatArray
+    elastic: tuple[Elastic, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class ElasticTeeth:
     """Compliant bodies on the contact lines of a pair, with a cache of the compliance between points.
 
-    It depends on geometry and material alone, so that runs under other loads share it.
+    It depends on geometry and material alone, so that runs under other loads, and other roll grids, share it.
 
     Attributes
     ----------
-    bodies : tuple of CompliantBody
-        Driving one first; empty for rigid teeth.
+    roll : (K,) array
+        Roll positions of the lines.
+    prepare : callable
+        Gives the bodies on the lines, driving one first: needed once a compliance is not in the cache.
+    known : dict
+        The cache, by roll positions and slices of the points.
     """
 
-    bodies: tuple[CompliantBody, ...] = ()
-    _kept: dict[tuple[bytes, bytes], tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
+    roll: FloatArray
+    prepare: Callable[[], tuple[CompliantBody, ...]]
+    known: dict[tuple[bytes, bytes], PointCompliance] = field(default_factory=dict, repr=False)
 
-    def compliance(self, rolls: IntArray, faces: IntArray, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
-        """As `line_compliance`; not to be changed in place."""
-        key = rolls.tobytes(), faces.tobytes()
-        found = self._kept.get(key)
+    @cached_property
+    def bodies(self) -> tuple[CompliantBody, ...]:
+        """Driving one first; empty for rigid teeth."""
+        return self.prepare()
+
+    def compliance(self, rolls: IntArray, faces: IntArray, pairs: IntArray) -> PointCompliance:
+        """Compliance between contact points; arguments as of `line_compliance`."""
+        key = self.roll[rolls].tobytes(), faces.tobytes()
+        found = self.known.get(key)
         if found is None:
-            found = line_compliance(self.bodies, rolls, faces, pairs)
-            if (len(self._kept) + 1) * (found[0].nbytes + found[1].nbytes) < _MOST_KEPT:
-                self._kept[key] = found
+            bodies = self.bodies
+            depth = np.array([body.depth[rolls, faces] for body in bodies]).reshape(len(bodies), rolls.size)
+            elastic = tuple(body.body for body in bodies)
+            found = PointCompliance(*line_compliance(bodies, rolls, faces, pairs), depth, elastic)
+            if (len(self.known) + 1) * (found.matrix.nbytes + found.slope.nbytes) < _MOST_KEPT:
+                self.known[key] = found
         return found

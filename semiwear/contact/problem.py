@@ -19,7 +19,7 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.slice_compliance import SliceCompliance
-from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
+from semiwear.compliance.tooth import CompliantBody, ElasticTeeth, PointCompliance
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
@@ -55,6 +55,15 @@ def _least_separation(lines: ContactLines) -> FloatArray:
     at_low = np.where((lines.profile <= lines.low) & (slope > 0.0), nearer * lines.low_edge_radius, 0.0)
     at_high = np.where((lines.profile >= lines.high) & (slope < 0.0), nearer * lines.high_edge_radius, 0.0)
     return np.asarray(lines.separation[0] - np.maximum(at_low, at_high))
+
+
+def _mid_surface(teeth: PointCompliance, least: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Depth of the mid-surface below the points, (1 + nu)/(2 pi E) and nu, of each body."""
+    return (
+        np.maximum(teeth.depth, least),
+        np.array([(1.0 + body.poissons_ratio) / (2.0 * pi * body.youngs_modulus) for body in teeth.elastic]),
+        np.array([body.poissons_ratio for body in teeth.elastic]),
+    )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -317,10 +326,10 @@ class ContactProblem:
             )
         at = (rolls[pair], face)
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))
-        smooth, slope = self.teeth.compliance(*at, pair)
-        smooth = smooth.copy()
+        teeth = self.teeth.compliance(*at, pair)
+        smooth = teeth.matrix.copy()
         arc, length = lines.arc[at], lines.length[at]
-        mid_surface = self._mid_surface(at, _LEAST_DEPTH * half_width)
+        mid_surface = _mid_surface(teeth, _LEAST_DEPTH * half_width)
         subtract_mid_surface(smooth, starts, arc, length, *mid_surface)
         resolved = self.cells is not None
         depth = mid_surface[0].min(axis=0, initial=np.inf)
@@ -334,7 +343,7 @@ class ContactProblem:
             starts=starts,
             smooth=smooth,
             static=static,
-            slope=slope,
+            slope=teeth.slope,
             pairs=near_pairs(starts, arc, length, self.near_field),
             aside=less_aside(starts, arc, length, *mid_surface) if resolved else np.zeros((0, 0)),
             farthest_aside=np.minimum(_FARTHEST_ASIDE * depth, _FARTHEST_MOVE * self.base_pitch * lines.spacing[at]),
@@ -344,15 +353,4 @@ class ContactProblem:
             length=length,
             arc=arc,
             farthest_move=_FARTHEST_MOVE * self.base_pitch,
-        )
-
-    def _mid_surface(self, at: tuple[IntArray, IntArray], least: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Depth of the mid-surface below the points, (1 + nu)/(2 pi E) and nu, of each body."""
-        if not self.bodies:
-            return np.zeros((0, at[0].size)), np.zeros(0), np.zeros(0)
-        bodies = [on_lines.body for on_lines in self.bodies]
-        return (
-            np.maximum(np.stack([on_lines.depth[at] for on_lines in self.bodies]), least),
-            np.array([(1.0 + b.poissons_ratio) / (2.0 * pi * b.youngs_modulus) for b in bodies]),
-            np.array([b.poissons_ratio for b in bodies]),
         )

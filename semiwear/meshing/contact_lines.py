@@ -9,6 +9,7 @@ be searched without evaluating the geometry again.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,6 +101,17 @@ class ContactLines:
             if entry.name not in ("face", "separation")
         }
         return ContactLines(face=self.face, separation=np.ascontiguousarray(self.separation[:, ::step]), **by_roll)
+
+    @classmethod
+    def of_rolls(cls, rolls: Sequence[tuple[ContactLines, int]]) -> ContactLines:
+        """Lines at roll positions of others, each given by its lines and its number; all have the same stations."""
+        by_roll = {
+            entry.name: np.stack([getattr(lines, entry.name)[k] for lines, k in rolls])
+            for entry in dataclasses.fields(cls)
+            if entry.name not in ("face", "separation")
+        }
+        separation = np.stack([lines.separation[:, k] for lines, k in rolls], axis=1)
+        return cls(face=rolls[0][0].face, separation=separation, **by_roll)
 
 
 def _rounded(radius: float, base_pitch: float) -> float:

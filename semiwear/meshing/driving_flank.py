@@ -256,19 +256,19 @@ class PassedStations:
         return np.where(self.weight > 0.5, self.upper, self.lower)
 
 
-def driving_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> DrivingFlank:
-    """The driving flank with as many nodes as the driven one, and its mating points.
+def driving_flank(own: FlankGrid, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> DrivingFlank:
+    """The driving flank, and its mating points.
 
     Parameters
     ----------
-    pair : FlankPair
+    own : FlankGrid
+        Of the driving flank, as of `driving_grid`.
     lines : ContactLines
     grid : FlankGrid
         Of the driven flank.
     near : (roll, face) bool array
         Slices that can touch.
     """
-    own = driving_grid(pair, grid.face, grid.profile.shape[1])
     passed = np.abs(lines.driving_slope[near]).max(initial=1.0) * float(np.diff(grid.profile).max())
     parts = int(np.clip(np.rint(passed / float(np.diff(own.profile[0]).min())), 1, _MOST_PARTS))
     rounding = float((lines.high_edge_radius[near] / lines.spacing[near]).max(initial=0.0))

@@ -120,7 +120,7 @@ class Designs:
             name = hashlib.sha256(repr(key).encode()).hexdigest()
             tasks[name] = Task(name, scene, self._measure), key, point
         todo = [task for task, _, _ in tasks.values()]
-        with Crew(self.workers if len(todo) > 1 else 0) as crew:
+        with Crew(self.workers if len(todo) > 1 else 0, helped=True) as crew:
             for outcome in crew.solve(todo):
                 _, key, point = tasks[outcome.key]
                 if outcome.status.has_numbers:

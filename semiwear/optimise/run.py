@@ -62,7 +62,7 @@ def optimise(
         scene itself, and every design solved on a finer grid is followed by a quarter of this number. Default: 20,
         plus 25 for each field.
     workers : int, optional
-        Processes of the scan; 0: in this process. Default: one per core.
+        Processes of the scan, this one among them; 0: in this process. Default: one per core.
     progress : Progress or bool, optional
         Called after every design; True shows a bar (extra ``progress``).
 

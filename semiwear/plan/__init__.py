@@ -27,7 +27,7 @@ from semiwear.effect_clock import EffectClock
 from semiwear.errors import SceneError
 from semiwear.html_text import folded_html, html_table
 from semiwear.meshing.contact_lines import ContactLines, face_stations
-from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
+from semiwear.meshing.driving_flank import DrivingFlank, driving_flank, driving_grid
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
@@ -37,7 +37,7 @@ from semiwear.plan import effects
 from semiwear.plan.choices import Choice, parts_deep_steps, physics_choices
 from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
-from semiwear.plan.kept_lines import contact_lines, middle_contact
+from semiwear.plan.kept_lines import contact_lines, lines_at, middle_contact
 from semiwear.plan.load_cases import WearingTorques, load_cases, pushed_back
 from semiwear.plan.named_data import data_choices
 from semiwear.plan.ratings import Known, Ratings, named_modes, rated_contact, rated_states
@@ -158,9 +158,12 @@ class Plan:
         rolls = _roll_grid(scene, pair, reach, roll_positions)
         if face is None:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
-        shape = self._shape(pair, rolls, face)
+        fresh = contact_lines(pair, rolls, face)
+        grid = flank_grid(pair, face, numerics.profile_points)
+        shape = self._shape(pair, rolls, fresh, grid)
         lines = shape.lines
-        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], self.compared)
+        elastic_teeth = tooth_compliance(scene, pair, fresh[1], self.compared)
+        _ = elastic_teeth.bodies  # they are prepared here, as are the errors of their data
         across = wearing.middle.curvature[0, 1]
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
         whole = wearing.half_width(scene.operation.pinion_torque_Nm)
@@ -176,22 +179,51 @@ class Plan:
             usual_half_width=half_width,
             base_pitch=pair.base_pitch,
             max_iterations=numerics.max_iterations,
-            more=effects.further_compliance(scene, pair, lines, elastic_teeth.bodies, half_width, self.clock),
-            cells=PatchCells(lines, shape.grid, whole / numerics.cells_per_half_width) if patches else None,
+            more=effects.further_compliance(scene, pair, lines, elastic_teeth, half_width, self.clock),
+            cells=PatchCells(lines, grid, whole / numerics.cells_per_half_width) if patches else None,
         )
         return LoadedTeeth(
             pair=pair,
             rolls=rolls,
             fine=shape.fine,
             lines=lines,
-            grid=shape.grid,
+            grid=grid,
             problem=problem,
             fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches, self.compared is not None)),
             half_width=whole,
-            zero=self._unworn_zero(pair, rolls, shape, problem, whole),
+            zero=self._unworn_zero(pair, rolls, grid, shape, problem, whole),
             modification=shape.modification,
-            driving=self._driving(pair, shape, problem.is_near(shape.fine)),
+            driving=self._driving(pair, shape.fine, grid, problem.is_near(shape.fine)),
             smooth=self.compared is not None,
+        )
+
+    @one_blas_thread()
+    def teeth_between(self, teeth: LoadedTeeth, phase: FloatArray) -> LoadedTeeth:
+        """Teeth of this plan at other phases of the mesh cycle; they share all that does not depend on these."""
+        scene, pair, before, driving = self.scene, teeth.pair, teeth.problem, teeth.driving
+        rolls = given_roll_grid(teeth.rolls.start, teeth.rolls.pairs, teeth.rolls.start + phase)
+        fresh = lines_at(pair, rolls, teeth.grid.face)
+        shape = self._shape(pair, rolls, (fresh, fresh), teeth.grid)
+        lines, elastic_teeth = shape.lines, tooth_compliance(scene, pair, fresh, self.compared, recurs=False)
+        half_width = before.usual_half_width
+        problem = replace(
+            before.on_lines(lines),
+            per_cycle=rolls.phase.size,
+            teeth=elastic_teeth,
+            torque=np.full(rolls.phase.size, 1e3 * scene.operation.pinion_torque_Nm),
+            more=effects.further_compliance(scene, pair, lines, elastic_teeth, half_width, self.clock),
+        )
+        if driving is not None:
+            driving = driving_flank(driving.grid, shape.fine, teeth.grid, problem.is_near(shape.fine))
+        return replace(
+            teeth,
+            rolls=rolls,
+            fine=shape.fine,
+            lines=lines,
+            problem=problem,
+            fidelity=effects.rubbing(scene, pair, lines, _fidelity(before.cells is not None, teeth.smooth)),
+            modification=shape.modification,
+            driving=driving,
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
@@ -297,10 +329,11 @@ class Plan:
 
     # ---- parts
 
-    def _shape(self, pair: FlankPair, rolls: RollGrid, face: FloatArray) -> _Shape:
-        scene = self.scene
-        fine, lines = contact_lines(pair, rolls, face)
-        grid = flank_grid(pair, face, scene.numerics.profile_points)
+    def _shape(
+        self, pair: FlankPair, rolls: RollGrid, fresh: tuple[ContactLines, ContactLines], grid: FlankGrid
+    ) -> _Shape:
+        """From fresh lines on the fine roll grid and at the solved positions."""
+        scene, (fine, lines) = self.scene, fresh
         sequences = effects.pitch_sequences(scene, pair, rolls.pairs)
         if sequences:
             fine = pushed_back(fine, sequences[0].gap)
@@ -309,23 +342,29 @@ class Plan:
         if effects.deviates(scene):
             with self.clock.measure("modification"):
                 modification = effects.deviation_depth(scene, pair, fine, grid)
-        return _Shape(fine, lines, grid, modification)
+        return _Shape(fine, lines, modification)
 
-    def _driving(self, pair: FlankPair, shape: _Shape, near: BoolArray) -> DrivingFlank | None:
+    def _driving(self, pair: FlankPair, fine: ContactLines, grid: FlankGrid, near: BoolArray) -> DrivingFlank | None:
         wear = self.scene.wear
         if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
             return None
-        return driving_flank(pair, shape.fine, shape.grid, near)
+        return driving_flank(driving_grid(pair, grid.face, grid.profile.shape[1]), fine, grid, near)
 
     def _unworn_zero(
-        self, pair: FlankPair, rolls: RollGrid, shape: _Shape, problem: ContactProblem, half_width: float
+        self,
+        pair: FlankPair,
+        rolls: RollGrid,
+        grid: FlankGrid,
+        shape: _Shape,
+        problem: ContactProblem,
+        half_width: float,
     ) -> float:
         """Mean over an even mesh cycle of the least separation [mm]."""
         positions = self.scene.numerics.roll_positions
         even = even_roll_grid(rolls.start, rolls.pairs, positions, positions)
         if not np.array_equal(rolls.phase, even.phase):
-            shape, rolls = self._shape(pair, even, shape.grid.face), even
-        unworn = fresh_flanks(shape.fine, shape.grid, shape.modification)
+            shape, rolls = self._shape(pair, even, contact_lines(pair, even, grid.face), grid), even
+        unworn = fresh_flanks(shape.fine, grid, shape.modification)
         touch = footprints(shape.fine, unworn, half_width, slices_near(problem, shape.fine, unworn))
         least = touch.every(rolls.substeps).least
         least = least * (reference_lever(pair) / shape.lines.lever_arm)
@@ -346,11 +385,10 @@ class Plan:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Fresh contact lines on the fine roll grid and at the solved positions, flank nodes, and modification depths."""
+    """Fresh contact lines on the fine roll grid and at the solved positions, and modification depths."""
 
     fine: ContactLines
     lines: ContactLines
-    grid: FlankGrid
     modification: FloatArray | None
 
 

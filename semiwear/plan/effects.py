@@ -15,7 +15,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 from semiwear.compliance.slice_compliance import SliceCompliance
-from semiwear.compliance.tooth import CompliantBody
+from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.effect_clock import EffectClock
@@ -96,7 +96,7 @@ def further_compliance(
     scene: Scene,
     pair: FlankPair,
     lines: ContactLines,
-    bodies: tuple[CompliantBody, ...],
+    teeth: ElasticTeeth,
     half_width: float,
     clock: EffectClock,
 ) -> tuple[SliceCompliance, ...]:
@@ -104,7 +104,9 @@ def further_compliance(
     further: list[SliceCompliance] = []
     if scene.effects.free_edges is not None:
         with clock.measure("free_edges"):
-            further.append(_free_edges(scene, scene.effects.free_edges.strength, pair, lines, bodies, half_width))
+            further.append(
+                _free_edges(scene, scene.effects.free_edges.strength, pair, lines, teeth.bodies, half_width)
+            )
     if scene.effects.shaft_compliance is not None:
         with clock.measure("shaft_compliance"):
             further.append(_mounting(scene.effects.shaft_compliance, pair, lines))

@@ -12,6 +12,8 @@ from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.roll_grid import RollGrid
 from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 
+_MOST_ROLLS = 2048  # roll positions of a pair whose lines are kept
+
 
 def contact_lines(pair: FlankPair, rolls: RollGrid, face: FloatArray) -> tuple[ContactLines, ContactLines]:
     """Contact lines on the fine roll grid, and those at the solved positions; read-only.
@@ -25,6 +27,25 @@ def contact_lines(pair: FlankPair, rolls: RollGrid, face: FloatArray) -> tuple[C
 def _traced(pair: FlankPair, roll: bytes, face: bytes, substeps: int) -> tuple[ContactLines, ContactLines]:
     fine = trace_contact_lines(pair, np.frombuffer(roll).copy(), np.frombuffer(face).copy())
     return fine, fine.every(substeps)
+
+
+def lines_at(pair: FlankPair, rolls: RollGrid, face: FloatArray) -> ContactLines:
+    """As `contact_lines` at single mesh positions, each traced once, whichever others are asked for with it."""
+    known = _known_lines(pair, face.tobytes())
+    new = np.array([roll for roll in rolls.roll if roll not in known])
+    if new.size:
+        if len(known) + new.size > _MOST_ROLLS:
+            known.clear()
+            new = rolls.roll
+        lines = trace_contact_lines(pair, new, face)
+        known.update((roll, (lines, k)) for k, roll in enumerate(new))
+    return ContactLines.of_rolls([known[roll] for roll in rolls.roll])
+
+
+@lru_cache(maxsize=8)
+def _known_lines(pair: FlankPair, face: bytes) -> dict[float, tuple[ContactLines, int]]:
+    """Lines that hold a roll position, and its number among theirs."""
+    return {}
 
 
 @lru_cache(maxsize=8)

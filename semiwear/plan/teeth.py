@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,15 @@ from semiwear.compliance.influence import InfluenceOnLines, body_influence, read
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
 from semiwear.compliance.taper import tapered
-from semiwear.compliance.tooth import BodyOnLines, CompliantBody, ElasticTeeth, LinePlaces, OfModulus, ToothBody
+from semiwear.compliance.tooth import (
+    BodyOnLines,
+    CompliantBody,
+    ElasticTeeth,
+    LinePlaces,
+    OfModulus,
+    PointCompliance,
+    ToothBody,
+)
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
@@ -48,23 +56,26 @@ def elastic(material: Material) -> Elastic:
 
 
 def tooth_compliance(
-    scene: Scene, pair: FlankPair, lines: ContactLines, compared: Compared | None = None
+    scene: Scene, pair: FlankPair, lines: ContactLines, compared: Compared | None = None, *, recurs: bool = True
 ) -> ElasticTeeth:
-    """Compliant bodies on contact lines; none for rigid teeth. The same object is returned for the same arguments.
+    """Compliant bodies on contact lines; none for rigid teeth.
 
-    Runs that are compared with one another share their prisms: these are found for common Young's moduli, with scaled
+    Lines that recur find the same object, others what is known of the compliance at their roll positions. Runs that
+    are compared with one another share their prisms: these are found for common Young's moduli, with scaled
     deflections, and interpolated along the course of the changed field.
     """
-    if scene.numerics.tooth_compliance == "rigid":
-        return ElasticTeeth()
-    if scene.numerics.tooth_compliance != "prism":
-        return ElasticTeeth(_influence(scene, pair, lines))
-    own = Toothing.of(scene)
-    return _prisms_on_lines(own, scene.operation.loaded_flank, pair, scene.numerics.harmonics, lines, compared)
+    numerics = scene.numerics
+    if numerics.tooth_compliance == "rigid":
+        return ElasticTeeth(lines.roll, tuple)
+    if numerics.tooth_compliance != "prism":
+        return ElasticTeeth(lines.roll, partial(_influence, scene, pair, lines))
+    own = Toothing.of(scene), scene.operation.loaded_flank, pair, numerics.harmonics
+    if recurs:
+        return _prisms_on_lines(*own, lines, compared)
+    return replace(_prisms(*own, lines, compared), known=_known_compliance(*own, lines.face.tobytes(), compared))
 
 
-@lru_cache(maxsize=4)
-def _prisms_on_lines(
+def _prisms(
     toothing: Toothing,
     loaded_flank: str,
     pair: FlankPair,
@@ -72,6 +83,26 @@ def _prisms_on_lines(
     lines: ContactLines,
     compared: Compared | None,
 ) -> ElasticTeeth:
+    return ElasticTeeth(lines.roll, partial(_prism_bodies, toothing, loaded_flank, pair, harmonics, lines, compared))
+
+
+_prisms_on_lines = lru_cache(maxsize=4)(_prisms)
+
+
+@lru_cache(maxsize=4)
+def _known_compliance(*_: object) -> dict[tuple[bytes, bytes], PointCompliance]:
+    """A cache for `ElasticTeeth` on any lines, by what else the compliance between their points depends on."""
+    return {}
+
+
+def _prism_bodies(
+    toothing: Toothing,
+    loaded_flank: str,
+    pair: FlankPair,
+    harmonics: int,
+    lines: ContactLines,
+    compared: Compared | None,
+) -> tuple[CompliantBody, ...]:
     common = toothing if compared is None else toothing.at_moduli(compared.youngs_moduli)
     course = None if compared is None else compared.course
     bodies: list[CompliantBody] = []
@@ -83,7 +114,7 @@ def _prisms_on_lines(
         on_lines = BodyOnLines.of(parts.body, places, beyond)
         same = material == common.materials[index]
         bodies.append(on_lines if same else OfModulus(on_lines, material.youngs_modulus_MPa))
-    return ElasticTeeth(tuple(bodies))
+    return tuple(bodies)
 
 
 @dataclass(frozen=True)

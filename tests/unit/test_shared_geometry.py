@@ -20,7 +20,9 @@ SMALL = {"numerics.face_slices": 15, "numerics.roll_positions": 8, "numerics.har
 
 def forget() -> None:
     """As in a new process."""
-    for kept in (kept_lines._traced, effects._speeds, teeth._prisms_on_lines, teeth.toothed, teeth.prisms):
+    for kept in (kept_lines._traced, kept_lines._known_lines, effects._speeds):
+        kept.cache_clear()
+    for kept in (teeth._prisms_on_lines, teeth._known_compliance, teeth.toothed, teeth.prisms):
         kept.cache_clear()
 
 
@@ -75,6 +77,31 @@ def test_lines_of_equal_geometry_are_traced_once(scene: sw.Scene) -> None:
             assert again.fine is one.fine and again.problem.teeth is one.problem.teeth
     placed = plan(scene.replace({"effects.misalignment.offset_mm": 0.1})).loaded_teeth()
     assert placed.fine is not one.fine and placed.problem.teeth is not one.problem.teeth
+
+
+@pytest.mark.parametrize("changes", [{}, {"gear_pair.helix_angle_deg": 15.0, "gear_pair.centre_distance_mm": None}])
+def test_positions_between_others_are_the_same_in_any_company(changes: dict[str, float | None]) -> None:
+    """As teeth of their own, and after other phases of other flanks have been solved."""
+    scene = sw.load_scene("spur_fzg_c").replace(SMALL | changes)
+    phase, tip_relief = np.array([0.1, 0.45, 0.7]), {"effects.modification.pinion.tip_relief_um": 25.0}
+
+    def between(asked: sw.Scene, phase: np.ndarray) -> LoadedTeeth:
+        physics = plan(asked)
+        return physics.teeth_between(physics.loaded_teeth(), phase)
+
+    forget()
+    whole = plan(scene).loaded_teeth()
+    alone = plan(scene).loaded_teeth(None, whole.rolls.start + phase)
+    expected = alone.load(np.zeros(alone.grid.profile.shape))
+    for other in ([0.2, 0.45], [0.1, 0.3, 0.9]):
+        asked = between(scene.replace(tip_relief), np.array(other))
+        asked.load(np.zeros(asked.grid.profile.shape))
+    found = between(scene, phase)
+    state = found.load(np.zeros(found.grid.profile.shape))
+    assert found.zero == alone.zero == whole.zero
+    np.testing.assert_array_equal(found.lines.separation, alone.lines.separation)
+    np.testing.assert_array_equal(state.loads.force, expected.loads.force)
+    np.testing.assert_array_equal(state.loads.rotation, expected.loads.rotation)
 
 
 def test_compliance_between_points_by_few_neighbours() -> None:
