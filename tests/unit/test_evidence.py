@@ -5,7 +5,17 @@ import pytest
 from scipy.stats import binom, multivariate_normal, multivariate_t, norm
 from scipy.stats import t as student
 
-from semiwear.inference.evidence import LONGEST, SHORTEST, Evidence, FlankNoise, _spread, known_noise, unknown_noise
+from semiwear.inference.evidence import (
+    LONGEST,
+    SHORTEST,
+    Evidence,
+    FlankNoise,
+    _draws_about,
+    _effective,
+    _spread,
+    known_noise,
+    unknown_noise,
+)
 
 ROWS, COLUMNS = 17, 11
 PROFILE, FACE = np.linspace(0.0, 10.0, ROWS), np.linspace(0.0, 80.0, COLUMNS)
@@ -107,6 +117,13 @@ def test_draws_stand_for_the_density_that_they_are_not_drawn_from() -> None:
     squares = np.exp(2.0 * found.centres[:, 0])
     np.testing.assert_allclose(found.precisions, np.diag([1.0, 2.0, 3.0]) / squares[:, None, None])
     assert found.freedom == 20 - 3 - 2
+
+
+def test_draws_are_repeated_until_enough_of_them_are_effective() -> None:
+    """Begun far away and much too narrow, two rounds of 200 draws are not enough."""
+    flank = NormalNoise(PROFILE[:5], FACE[:4], np.zeros((5, 4)), np.zeros((5, 4, 3)), np.zeros((5, 4, 2)))
+    drawn, weights = _draws_about(flank, flank.MEAN + 1.5, 1e-2 * np.eye(3), np.random.default_rng(0))
+    assert 400 < len(drawn) < 1200 and _effective(weights) >= 60.0
 
 
 class BentNoise(FlankNoise):

@@ -10,7 +10,7 @@ from semiwear.emulator import kept_by
 from semiwear.errors import Problem
 from semiwear.scatter import estimates
 from semiwear.scatter.design import read_correlation
-from semiwear.scatter.statistics import Scatter
+from semiwear.scatter.statistics import Scatter, end_text, varies
 from semiwear.sweep.outcome import Status
 
 emulated = import_module("semiwear.scatter.emulated")
@@ -42,6 +42,18 @@ def test_intervals_are_wider_by_the_stated_error_on_either_side():
 
 def test_a_value_at_a_bound_is_not_below_it():
     assert made(np.arange(64.0)).probability("depth", below=32.0).value == 0.5
+
+
+def test_negative_samples_that_are_alike_do_not_vary():
+    assert not varies(np.full(3, -2.0), 1e-12) and varies(np.array([-2.0, -2.1]), 0.01)
+
+
+def test_an_end_below_all_samples_is_not_a_life_without_end():
+    lives = np.array([1e6, np.inf])
+    assert [end_text(end, lives, str) for end in (-np.inf, 1e6, np.inf)] == [
+        "too few samples", "1000000.0", "without end"
+    ]  # fmt: skip
+    assert end_text(np.inf, lives[:1], str) == "too few samples"
 
 
 def test_correlations_of_which_one_follows_from_the_others_are_refused():
