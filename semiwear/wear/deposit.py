@@ -154,9 +154,7 @@ def _add_side(count, side, mark, upper, lift, depth, share, space, pieces):  # t
 
 @inner_njit(cache=True, error_model="numpy")
 def _weighed(mass, begin, pieces, share, area):  # type: ignore[no-untyped-def]
-    """Turn areas of stretches into shares; without any area they are dropped. Returns the new count."""
-    if area <= 0.0:
-        return begin
+    """Turn areas of stretches into shares, and return the new count."""
     for piece in range(begin, pieces):
         mass[piece] *= share / area
     return pieces

@@ -2,17 +2,28 @@
 
 from dataclasses import replace
 from math import pi, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from semiwear.contact.footprint import BESIDE, Footprints, footprints
-from semiwear.contact.gap import SliceGap
+from semiwear.contact.edge_share import share_of_edge
+from semiwear.contact.footprint import BESIDE, Footprints, footprints, reached
+from semiwear.contact.gap import SliceGap, gap_of_flanks, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.wear.between_rolls import VALLEY
-from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of, spread_over_flank
+from semiwear.wear.deposit import (
+    Nodes,
+    Spread,
+    factor_at,
+    lay_footprint,
+    piece_space,
+    pieces_of,
+    spread_over_flank,
+)
+from semiwear.wear.driving_deposit import spread_over_both_flanks
 from tests.reference.test_edge_contact import CURVATURE as BEND
 from tests.reference.test_edge_contact import EDGE, groove
 from tests.reference.test_edge_contact import RADIUS as EDGE_RADIUS
@@ -187,14 +198,23 @@ def test_loads_that_move_on_evenly_leave_load_times_sliding_over_their_speed(acr
     assert taken[0] == pytest.approx(density @ WIDTHS * per_mm * lines.length[0, 0], rel=1e-9) and taken[1] == 0.0
 
 
-def test_what_the_rounding_of_an_edge_bears_lies_beyond_the_nodes():
+@pytest.mark.parametrize("per_mm", [1.0, 0.7])
+def test_what_the_rounding_of_an_edge_bears_lies_beyond_the_nodes(per_mm):
     nodes_end = float(NODES[-1])
-    lines = one_slice(nodes_end - 0.04 * np.arange(40)[::-1], high_edge_radius=0.3)
+    lines = one_slice(nodes_end - 0.04 * np.arange(40)[::-1], per_mm, high_edge_radius=0.3)
     even = np.ones(lines.roll.size)
     density, taken = spread(lines, even, np.stack([even, 0.0 * even], axis=-1), (0.0, 0.0), NOTHING)
     assert 0.01 * taken[0] < taken[1] < 0.2 * taken[0]
     assert taken[0] == pytest.approx(even.sum(), rel=1e-9)
-    assert taken[0] - taken[1] == pytest.approx(density @ WIDTHS, rel=1e-9)
+    assert taken[0] - taken[1] == pytest.approx(density @ WIDTHS * per_mm, rel=1e-9)
+
+
+def test_what_is_taken_is_counted_over_the_length_of_each_roll_position():
+    lines = one_slice(0.3 * np.arange(-3, 4))
+    lines = replace(lines, length=1.0 + np.arange(7.0)[:, None])
+    rate = np.array([0.0, 1.0, 0.5, 0.0, 2.0, 1.0, 0.0])
+    taken = spread(lines, rate, np.tile([3.0, 4.0], (7, 1)), (0.0, 0.0), NOTHING)[1]
+    assert taken[0] == pytest.approx(5.0 * rate @ lines.length[:, 0], rel=1e-9)
 
 
 def test_each_roll_position_meets_its_own_row_of_what_is_gone():
@@ -210,6 +230,26 @@ def test_each_roll_position_meets_its_own_row_of_what_is_gone():
     assert np.abs(first - second).max() > 0.5 * first.max()
     np.testing.assert_allclose(both, first + second, atol=1e-9 * both.max())
     np.testing.assert_allclose(all_three, both, atol=1e-9 * both.max())
+
+
+@pytest.mark.parametrize("mark", [-1, 0, 1, VALLEY])
+def test_stretches_move_with_the_footprint_or_with_the_border_at_which_they_are(mark):
+    """Three roll positions: footprint, lower and upper border move by different steps, and the fresh line not at all.
+
+    Half a node below the upper border a stretch is held by half; the mean of its own movement and the border's is
+    weighed by its distance from there over that of two nodes.
+    """
+    rolls = np.array([-1.0, 0.0, 1.0])
+    lines = replace(one_slice(np.zeros(3)), low=-2.0 + 0.2 * rolls[:, None], high=2.0 - 0.3 * rolls[:, None])
+    flank, grid = gap_of_flanks(lines, Removed.met(grid_of(NODES), NOTHING[:, None], 3)), grid_of(NODES)
+    one, none = np.ones((3, 1)), np.zeros((3, 1, 2))
+    what = Spread(0.1 * rolls[:, None], one, none + np.array([1.0, 0.0]), none, one, np.zeros((3, 1, 4)), np.zeros(1))
+    space, cell = piece_space(NODES[None]), NODES[1] - NODES[0]
+    for place, plain in ((0.5, 0.1), (2.0 - 0.5 * cell, 0.1 + 0.5 * (-0.3 - 0.1) * (1.0 - 0.5))):
+        space.mass[0], space.middle[0], space.ends[0], space.at_edge[0] = 1.0, place, place, mark
+        gap, nodes = slice_gap(flank, 1, 0), Nodes(grid.profile, grid.split)
+        lay_footprint(flank, what, nodes, gap, 1, 0, 1.0, 1, space, np.zeros(NODES.size))
+        assert space.shift[0] == pytest.approx({-1: 0.2, 1: -0.3}.get(mark, plain))
 
 
 @pytest.mark.parametrize("upper", [False, True])
@@ -236,3 +276,108 @@ def test_an_edge_and_its_valley_share_a_footprint_without_a_rest(upper):
         if edge.size and valley.size:
             assert edge.min() >= valley.max() - 1e-12 if upper else edge.max() <= valley.min() + 1e-12
     assert 1.0 in known and any(0.0 < one < 1.0 for one in known)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+def test_a_driving_flank_that_is_a_mirror_image_twice_as_high_wears_as_the_mirror_image(radius):
+    """Footprints move on and are cut off by borders that move otherwise, some by the lower, some by the upper one."""
+    steps = np.arange(7.0)
+    lines = straight_lines(0.2 * steps - 0.6, 3, across=0.5 * CURVATURE, sliding=steps - 2.0, sliding_slope=0.7)
+    one = np.ones(lines.profile.shape)
+    lines = replace(
+        lines, spacing=0.7 * one, low=(-0.5 + 0.07 * steps)[:, None] * one, high=(0.72 - 0.03 * steps)[:, None] * one,
+        driving_profile=-2.0 * lines.profile, driving_slope=-2.0 * one,
+        low_edge_radius=radius * one, high_edge_radius=radius * one,
+    )  # fmt: skip
+    nodes = np.tile(np.linspace(-0.5, 0.72, 123), (3, 1))
+    grid = FlankGrid(lines.face, nodes, np.full(3, 61))
+    removed = Removed.met(grid, 0.5 * 0.03 * (nodes[None] - 0.2) ** 2, 7)
+    what = Spread(
+        lines.profile, (1.0 + steps)[:, None] * one, lines.sliding, lines.sliding_slope, 1e-4 * one,
+        np.zeros((*one.shape, 4)), np.zeros(3),
+    )  # fmt: skip
+    driving, taken = SimpleNamespace(grid=replace(grid, profile=-2.0 * nodes[:, ::-1])), np.zeros((2, 2))
+    found = spread_over_both_flanks(lines, grid, driving, removed, HALF_WIDTH, what, np.arange(3), taken)
+    assert (found[1].max(axis=1) > 0.0).all() and (np.ptp(found[1], axis=0) < 1e-12).all()
+    np.testing.assert_allclose(found[0], found[1][:, ::-1], rtol=1e-9, atol=1e-9 * found[1].max())
+    np.testing.assert_allclose(taken[0], taken[1], rtol=1e-9)
+    assert taken[1, 1] > 0.0
+    # of the last slice, a quarter of which lies beyond the width of the last station, a quarter is lost
+    lines, beside = replace(lines, driving_face=lines.driving_face + 0.25), np.zeros((2, 2))
+    spread_over_both_flanks(lines, grid, driving, removed, HALF_WIDTH, what, np.arange(3), beside)
+    np.testing.assert_allclose(beside[0], [taken[0, 0], taken[0, 1] + (taken[0, 0] - taken[0, 1]) / 12.0], rtol=1e-9)
+
+
+BETWEEN = [-3.0, -2.6, -1.6, -1.0, -0.4, 0.4, 1.0, 1.8, 4.0]
+RIDGES = {
+    "of a height": [1.5, 0.4, 1.2, 0.6, 1.2, 0.1, 0.7, 0.1, 9.0],
+    "the farther one higher": [1.5, 0.4, 1.2, 0.6, 1.26, 0.1, 0.7, 0.1, 9.0],
+}
+
+
+def ridged(gaps: list[float], low: float = -2.5, bend: float = 0.05) -> SliceGap:
+    """A slice with a rounded lower edge whose gap goes by straight lines [um] between some places."""
+    nodes = np.linspace(-3.5, 4.5, 1601)
+    inside, beyond = np.maximum(nodes, low), np.maximum(low - nodes, 0.0)
+    fresh = 0.5 * bend * inside**2 - bend * low * beyond + 3.0 - np.sqrt(9.0 - beyond**2)
+    removed, terms = 1e-3 * np.interp(nodes, BETWEEN, gaps) - fresh, np.array([0.0, 0.0, bend, 0.0, 0.0])
+    return SliceGap(0.0, low, 9.0, terms, 1.0, 3.0, 0.0, removed, nodes, 800)
+
+
+def test_a_hollow_between_ridges_counts_as_higher_by_what_contact_may_reach():
+    """It belongs to the edge by 0.8; its 0.15 um, raised by 0.2 of 2.15 um, count as more than the edge's 0.45 um.
+
+    That is 1.25 times a footprint's depth of 1 um, and nine times the 0.1 um that the contact closes.
+    """
+    gap, none, closes = ridged([1.5, 0.45, 1.3, 0.15, 1.312, 0.1, 1.6, 1.7, 9.0]), np.zeros((1, 1)), 1e-4
+    vector = np.zeros((1, 1, 2))
+    what = Spread(none, none + 1.0, vector, vector, none + closes, np.zeros((1, 1, 4)), np.zeros(1))
+    space = piece_space(gap.nodes[None])
+    count = pieces_of(gap, 0.2, what, 0, 0, space)
+    own = space.at_edge[:count] == -1
+    u, side = space.reach.u, space.side[0]
+    places = np.flatnonzero(np.diff(u) <= 0.0)[0] + 1 if (np.diff(u) <= 0.0).any() else u.size
+    assert side[np.searchsorted(u[:places], -1.0)] == pytest.approx(0.8, abs=0.01)
+    x = np.linspace(-3.0, 0.4, 340_001)
+    root = np.sqrt(np.maximum(1e-3 + 0.45e-3 - np.interp(x, u[:places], space.reach.g[:places]), 0.0))
+    root *= np.interp(x, u[:places], side[:places])
+    middle = space.mass[:count][own] @ space.middle[:count][own] / space.mass[:count][own].sum()
+    assert middle == pytest.approx((root @ x) / root.sum(), abs=1e-4)
+
+
+@pytest.mark.parametrize("upper", [False, True])
+@pytest.mark.parametrize("ridges", RIDGES)
+def test_between_two_ridges_edge_and_valley_lie_beside_each_other_in_every_stretch(ridges, upper):
+    """The stretches belong to both by half, or to the edge rather; the share is the one that cycles before tell."""
+    gap = ridged(RIDGES[ridges])
+    if upper:
+        gap = gap._replace(
+            low=-9.0,
+            high=2.5,
+            low_radius=0.0,
+            high_radius=3.0,
+            removed=gap.removed[::-1].copy(),
+            nodes=-gap.nodes[::-1],
+        )
+    found, none, closes = np.zeros((1, 1)), np.zeros((1, 1, 2)), 1e-3
+    before, most = np.array([[[0.3, 0.35e-3, 0.1e-3, 1.0]]]), 3e-3
+    what = Spread(found, found + 1.0, none, none, found + closes, before.copy(), np.array([most]))
+    space = piece_space(gap.nodes[None])
+    count = pieces_of(gap, 0.25, what, 0, 0, space)
+    mass, ends, mark = space.mass[:count], space.ends[:count], space.at_edge[:count]
+    own, valley = mark == (1 if upper else -1), mark == VALLEY
+
+    reach, sides = piece_space(gap.nodes[None]).reach, np.zeros((2, space.reach.u.size))
+    depth, places, _ = reached(gap, 0.25, reach)
+    outline = reach.u, reach.g, places, gap.low, gap.high, 1.0, depth, closes
+    edge, share, apart = share_of_edge(*outline, before[0, 0], most, sides)
+    assert edge == (1 if upper else -1) and 0.1 < share < 0.4 and 0.7 < apart < 1.0
+    assert mass[own].sum() == pytest.approx(apart * share, rel=1e-9)
+    assert mass[valley].sum() == pytest.approx(apart * (1.0 - share), rel=1e-9)
+    # where both have a part of a stretch that is closed, one begins where the other ends
+    between = (sides[0, : places - 1] > 0.0) & (sides[0, : places - 1] < 1.0)
+    start, stop = reach.u[: places - 1][between].min() + 0.1, reach.u[: places - 1][between].max() - 0.1
+    inner = (space.middle[:count] > start) & (space.middle[:count] < stop)
+    before_it, beyond = (ends[which & inner] for which in ((valley, own) if upper else (own, valley)))
+    assert len(before_it) > 20 and (np.diff(before_it) > 0.0).all() and (np.diff(beyond) > 0.0).all()
+    np.testing.assert_allclose(before_it[:, 1], beyond[:, 0], atol=1e-12)

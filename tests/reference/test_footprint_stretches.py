@@ -89,6 +89,27 @@ def test_one_side_of_a_ridge_has_its_part_of_every_stretch(gaps, sides, upper):
     assert (widths <= parts[cells] * 0.1 * g.size / (g.size - 1) + 1e-12).all()
 
 
+def test_stretches_end_where_the_gap_is_no_longer_closed():
+    """A gap of straight lines, closed from 0.1 + 0.05 to 0.4 - 0.05 mm."""
+    _, g, space = outlined([2e-3, 2e-3, 0.4e-3, 0.4e-3, 2e-3])
+    u = space.reach.u[: g.size]
+    count = deposit._add_pieces(g.size, g.min(), DEPTH, 1.0, space, 0)
+    count = deposit._add_side(g.size, np.ones(g.size), 2, False, 1.0, DEPTH, 1.0, space, count)
+    closed = DEPTH / 1.6e-3
+    ends = [[u[2] - closed * (u[2] - u[1]), u[2]], [u[2], u[3]], [u[3], u[3] + closed * (u[4] - u[3])]]
+    np.testing.assert_allclose(space.ends[:count], 2 * ends, atol=1e-12)
+
+
+@pytest.mark.parametrize(("lift", "least"), [(0.5e-3, 0.4e-3), (1e-3, 0.6e-3)])
+def test_a_point_that_belongs_to_a_side_in_part_counts_as_higher(lift, least):
+    """Its gap of 0.1 um is raised by 0.6 of the lift, above or below the 0.6 um of a point that belongs to it all."""
+    u, g, space = outlined([0.6e-3, 0.9e-3, 0.1e-3, 1e-3, 1.1e-3])
+    side = np.array([1.0, 1.0, 0.4, 0.0, 0.0])
+    count = deposit._add_side(g.size, side, -1, False, lift, DEPTH, 1.0, space, 0)
+    area, moment = moments(u, g, least, 0.5 * (side[1:] + side[:-1]))
+    assert space.mass[:count] @ space.middle[:count] == pytest.approx(moment / area, rel=1e-5)
+
+
 @given(st.lists(st.floats(0.0, 0.02), min_size=NODES.size, max_size=NODES.size), st.integers(1, 6))
 def test_a_finer_row_is_the_flank_between_its_nodes(depths, parts):
     removed, row = np.array(depths), fine_row(NODES.size)

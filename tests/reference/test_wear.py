@@ -1,11 +1,18 @@
 """Wear against the swept-line identity, conservation of volume, and its own refinement."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.contact.footprint import Footprints
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
-from semiwear.wear.swept_line import sweep, wear_of_mesh, worn_sweep
+from semiwear.wear.swept_line import EdgeShares, own_wear, sweep, wear_of_mesh, worn_sweep
+from tests.strategies.lines import even_grid, straight_lines
 
 PINION_TEETH, GEAR_TEETH = 25, 160
 AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
@@ -336,3 +343,91 @@ def test_nodes_between_which_a_flank_is_round_need_not_be_fine():
     assert inside.sum() > 1000
     # the cubic against its parabola; chords from node to node would leave 4e-4
     assert np.abs(worn.gap[inside] - fresh.gap[inside]).max() < 4e-5
+
+
+# ---------------------------------------------------------------- lines of no gear in particular
+
+
+def moving_lines(place: np.ndarray, sliding: float = 1.5, slope: float = 0.7) -> ContactLines:
+    """Straight lines on a flank whose profile coordinate is 0.7 mm."""
+    lines = straight_lines(place, 2, step=0.5, across=0.02, sliding=sliding, sliding_slope=slope)
+    lines.sliding[..., 1] = 2.0
+    return replace(lines, spacing=0.7 * lines.spacing)
+
+
+def test_lines_move_as_their_places_and_slide_as_the_places_that_they_have():
+    """Ten base pitches per unit time; worn lines lie 0.2 below the fresh ones."""
+    lines = moving_lines(-3.0 * np.linspace(-0.5, 0.5, 6))
+    motion = sweep(lines, lines.profile - 0.2, 10.0)
+    np.testing.assert_allclose(motion.speed, 3.0 * 0.7 * 10.0)
+    np.testing.assert_array_equal(motion.direction, -1.0)
+    np.testing.assert_allclose(motion.sliding, np.broadcast_to([1.5 - 0.7 * 0.2, 2.0], (6, 2, 2)))
+    np.testing.assert_allclose(motion.time, 0.02)
+    np.testing.assert_allclose(motion.specific_sliding, np.hypot(1.36, 2.0) / 21.0)
+    np.testing.assert_allclose(motion.driving_specific_sliding, np.hypot(1.36, 2.0) / (21.0 + 1.36))
+
+
+def test_a_line_moves_by_the_mean_of_its_steps_and_never_stands_still():
+    """The flank is 20 high; on the driving one a line moves by no less than a thousandth of what it does here."""
+    lines = moving_lines(np.array([0.0, 1.0, 3.0, 6.0, 6.0, 6.0]))
+    motion = sweep(lines, lines.profile, 2.0)
+    expected = 0.7 * 2.0 / 0.2 * np.array([1.0, 1.5, 2.5, 1.5, 0.0, 0.0])
+    expected[4:] = 7.5e-8 * 20.0 * 0.7 * 2.0
+    np.testing.assert_allclose(motion.speed[:, 0], expected)
+    rolling = replace(motion, sliding=np.stack([motion.speed, 0.0 * motion.speed], axis=-1))
+    np.testing.assert_allclose(rolling.driving_specific_sliding[:4], 1e3)
+
+
+@pytest.mark.parametrize("modulus", [1e3, 1e5])
+def test_a_load_wears_a_plane_flank_as_a_line_sweeps_it(modulus):
+    lines = moving_lines(4.0 * np.linspace(-0.5, 0.5, 61), slope=0.0)
+    motion, grid = sweep(lines, lines.profile, 10.0), even_grid(lines, 401)
+    removed, load = Removed.met(grid, np.zeros((1, 2, 401)), 61), np.full((61, 2), 300.0)
+    depth = wear_of_mesh(lines, grid, removed, motion, load, 0.1, modulus)
+    inner = np.abs(grid.profile) < 1.5
+    np.testing.assert_allclose(depth[inner], 300.0 * np.hypot(1.5, 2.0) / motion.speed[0, 0], rtol=5e-3)
+
+
+def test_shares_of_edges_are_kept_with_the_wear_of_the_cycle_before():
+    known, wear = EdgeShares.unknown((3, 2)), np.array([1e-3, 2e-3])
+    after = known.after(wear)
+    assert after.edges is known.edges and after.most is wear
+
+
+def own_wear_of(
+    lines: ContactLines, distance: np.ndarray, body: int = DRIVEN, fades: float = 0.0, half_width: float = 0.6
+) -> np.ndarray:
+    """Implicit wear compliance of the first slice where the approach grows by 1 um."""
+    removed = Removed.met(even_grid(lines, 11), np.zeros((1, 2, 11)), lines.roll.size)
+    one = np.ones(lines.profile.shape)
+    worn = Footprints(removed, lines.profile, 0.0 * one, one, half_width * one, one, 0.0 * one, 0.0 * one)
+    motion = sweep(lines, lines.profile, 10.0)
+    return own_wear(lines, motion, worn, distance[:, None] * one, 1e-3, body, fades)[:, 0]
+
+
+def test_the_wear_compliance_of_a_moving_line_is_specific_sliding_over_the_length_of_a_slice():
+    """On either flank; the driving one is a mirror image, twice as high."""
+    lines = moving_lines(4.0 * np.linspace(-0.5, 0.5, 61), slope=0.0)
+    expected = np.hypot(1.5, 2.0) / (4.0 * 0.7 * 10.0) / 0.5
+    np.testing.assert_allclose(own_wear_of(lines, np.zeros(61))[26:-26], expected, rtol=1e-3)
+    mirrored = replace(lines, driving_profile=-2.0 * lines.profile, driving_slope=-2.0 * np.ones((61, 2)))
+    np.testing.assert_allclose(own_wear_of(mirrored, np.zeros(61), DRIVING)[26:-26], expected, rtol=1e-3)
+    # at the first position half of what overlaps and half of itself; narrow footprints fill the step to the next ones
+    own = 35.0 / 64.0 * (4.0 / 60.0) / np.array([0.6 / 0.7, 0.5 * 4.0 / 60.0])
+    assert own_wear_of(lines, np.zeros(61))[0] == pytest.approx(expected * (0.5 + 0.5 * own[0]), rel=1e-3)
+    np.testing.assert_allclose(own_wear_of(lines, np.zeros(61), half_width=1e-6)[1:-1], expected * own[1], rtol=1e-9)
+
+
+def test_roll_positions_that_come_into_contact_later_count_in_part():
+    """By a cubic from 1 to 0; what is farther than 7.5 % of the flank's height has no compliance."""
+    lines, at = moving_lines(4.0 * np.linspace(-0.5, 0.5, 61), slope=0.0), np.arange(61)
+    whole, at_once, later, never, far = (
+        own_wear_of(lines, np.where(at == 33, late, 0.0), fades=4e-3)
+        for late in (0.0, 1e-3, 1e-3 + 0.3 * 4e-3, 5.1e-3, 1.51)
+    )
+    near = np.abs(at - 33) < 8
+    np.testing.assert_array_equal(at_once, whole)
+    assert (whole - never)[near & (at != 33)].min() > 1e-3 * whole[33]
+    np.testing.assert_allclose((whole - later)[at != 33], (1.0 - 1.6 * 0.49) * (whole - never)[at != 33], atol=1e-12)
+    np.testing.assert_allclose(later[33], whole[33], rtol=1e-9)  # all others are in contact when it is
+    assert far[33] == 0.0 and own_wear_of(lines, np.where(at == 33, 1.49, 0.0))[33] > 0.0

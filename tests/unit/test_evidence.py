@@ -5,7 +5,17 @@ import pytest
 from scipy.stats import binom, multivariate_normal, multivariate_t, norm
 from scipy.stats import t as student
 
-from semiwear.inference.evidence import LONGEST, SHORTEST, Evidence, FlankNoise, _spread, known_noise, unknown_noise
+from semiwear.inference.evidence import (
+    LONGEST,
+    SHORTEST,
+    Evidence,
+    FlankNoise,
+    _draws_about,
+    _effective,
+    _spread,
+    known_noise,
+    unknown_noise,
+)
 
 ROWS, COLUMNS = 17, 11
 PROFILE, FACE = np.linspace(0.0, 10.0, ROWS), np.linspace(0.0, 80.0, COLUMNS)
@@ -109,6 +119,13 @@ def test_draws_stand_for_the_density_that_they_are_not_drawn_from() -> None:
     assert found.freedom == 20 - 3 - 2
 
 
+def test_draws_are_repeated_until_enough_of_them_are_effective() -> None:
+    """Begun far away and much too narrow, two rounds of 200 draws are not enough."""
+    flank = NormalNoise(PROFILE[:5], FACE[:4], np.zeros((5, 4)), np.zeros((5, 4, 3)), np.zeros((5, 4, 2)))
+    drawn, weights = _draws_about(flank, flank.MEAN + 1.5, 1e-2 * np.eye(3), np.random.default_rng(0))
+    assert 400 < len(drawn) < 1200 and _effective(weights) >= 60.0
+
+
 class BentNoise(FlankNoise):
     """A density of logits far from normal: the second lies about a parabola of the first."""
 
@@ -192,12 +209,12 @@ def test_correlation_lengths_reach_from_steps_to_extents() -> None:
 
 
 def test_density_of_noise_is_the_restricted_likelihood() -> None:
-    """Harville 1974, with the whole covariance instead of its factors."""
+    """Harville 1974, with the whole covariance instead of its factors; so is the deviation."""
     values = SHAPES @ [1.0, 0.5] + np.random.default_rng(4).standard_normal(P.shape)
     flank = FlankNoise(PROFILE, FACE, values, SHAPES, MOVEMENTS)
     every = np.concatenate([SHAPES, MOVEMENTS], axis=-1).reshape(P.size, -1)
 
-    def directly(logits: np.ndarray) -> float:
+    def directly(logits: np.ndarray) -> tuple[float, float]:
         share, lengths = flank.parameters(logits)
         assert share == pytest.approx(1.0 / (1.0 + np.exp(-logits[0])))
         along, across = (
@@ -209,8 +226,10 @@ def test_density_of_noise_is_the_restricted_likelihood() -> None:
         squares = rest @ np.linalg.solve(covariance, rest)
         logs = [np.linalg.slogdet(one)[1] for one in (covariance, every.T @ solved)]
         prior = np.sum(np.log(1.0 / (1.0 + np.exp(-logits))) + np.log(1.0 / (1.0 + np.exp(logits))))
-        return float(-0.5 * (sum(logs) + (P.size - every.shape[1]) * np.log(squares)) + prior)
+        freedom = P.size - every.shape[1]
+        return float(-0.5 * (sum(logs) + freedom * np.log(squares)) + prior), float(np.sqrt(squares / freedom))
 
     one, other = np.array([-1.0, 0.5, 0.2]), np.array([2.0, -0.7, 1.0])
     told = flank.conditional(one)[0] - flank.conditional(other)[0]
-    assert told == pytest.approx(directly(one) - directly(other), rel=1e-8)
+    assert told == pytest.approx(directly(one)[0] - directly(other)[0], rel=1e-8)
+    assert flank.conditional(one)[3] == pytest.approx(directly(one)[1], rel=1e-8)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.errors import ConvergenceError, SemiwearError
+from semiwear.errors import ConvergenceError, EndlessWearError, SemiwearError
 from semiwear.inference.evidence import known_noise
 from semiwear.inference.lives import PosteriorLife, life_of
 from semiwear.inference.model import Model, Runs, model_of
@@ -165,15 +165,18 @@ LIVES = SHIPPED.replace({**TINY, **UNTIL_MESHES, "wear.until.meshes": 1e8, COEFF
 
 SPEEDS = unknowns_of({SPEED: sw.Uniform(500.0, 3000.0)}, 1e-13)
 DRAWS = np.random.default_rng(3).standard_normal((40, 1))
+TOO_DEEP = ConvergenceError("too deep")
 
 
-def lives_where(monkeypatch: pytest.MonkeyPatch, fails: Callable[[float], bool]) -> PosteriorLife:
+def lives_where(
+    monkeypatch: pytest.MonkeyPatch, fails: Callable[[float], bool], error: SemiwearError = TOO_DEEP
+) -> PosteriorLife:
     """Lives at 40 speeds, to which they are inverse, and at some of which they fail."""
 
     def life(task):
         speed = task.scene.operation.pinion_speed_rpm
         if fails(speed):
-            raise ConvergenceError("too deep")
+            raise error
         meshes = 2e11 / speed
         told = {"meshes_to_limit": meshes, "hours_to_limit": meshes / (60.0 * speed), "depth_limit": 20.0}
         return Measured({f"/life/{name}": np.array(value) for name, value in told.items()})
@@ -186,6 +189,18 @@ def test_a_few_lives_that_fail_are_left_out_and_the_hours_are_those_of_the_other
     speeds = SPEEDS.values(DRAWS)[:, 0]
     found = lives_where(monkeypatch, lambda speed: abs(speed - speeds[0]) < 1e-6)
     np.testing.assert_allclose(found.meshes, 2e11 / speeds, rtol=0.02)
+    np.testing.assert_allclose(found.hours_per_mesh, 1.0 / (60.0 * speeds), rtol=1e-9)
+
+
+def test_beside_lives_without_end_those_that_were_solved_have_the_hours_of_their_own_draws(monkeypatch):
+    speeds = SPEEDS.values(DRAWS)[np.linspace(0, 39, 32).round().astype(int), 0]
+    endless = (speeds > 2500.0) | (np.arange(32) < 4)
+    found = lives_where(
+        monkeypatch,
+        lambda speed: np.abs(speeds[endless] - speed).min() < 1e-6,
+        EndlessWearError("no end", life=True),
+    )
+    np.testing.assert_allclose(found.meshes, np.where(endless, np.inf, 2e11 / speeds), rtol=1e-9)
     np.testing.assert_allclose(found.hours_per_mesh, 1.0 / (60.0 * speeds), rtol=1e-9)
 
 

@@ -85,6 +85,8 @@ def test_limits_hold_on_the_fine_grid_although_the_coarse_one_says_less(
     )  # fmt: skip
     assert best.kept
     assert 1.0 + 0.02 * best.changes[PINION] <= 1.6 * 1.002
+    # the margin alone would keep the limit after as many designs as are solved on the fine grid at most
+    assert (best.designs["resolution"] == 2).sum() <= 4
     # the bowl's bottom along y under x = 30
     assert best.told[0].best <= min(bowl(30.0, y) for y in np.linspace(0.0, 60.0, 601)) * 1.002
 

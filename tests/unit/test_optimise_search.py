@@ -312,6 +312,12 @@ def test_a_correction_goes_through_what_was_solved_finely_and_stays_within_it():
     np.testing.assert_allclose(Correction(PLANE, places[:1], differences[:1]).at(places), 3 * [[1.0, -2.0]])
 
 
+def test_a_correction_tells_choices_without_an_order_apart():
+    space = space_of(SHIPPED, {SHAPE: ["linear", "parabolic"], RELIEF: (0, 60)})
+    places, differences = np.array([[0.25, 0.5], [0.75, 0.5], [0.25, 0.9]]), np.array([[1.0], [3.0], [2.0]])
+    np.testing.assert_allclose(Correction(space, places, differences).at(places), differences, atol=1e-12)
+
+
 def searched(monkeypatch: pytest.MonkeyPatch, designs: Tried, places: list[float], most: list[int]) -> list[Goal]:
     """Goals of searches that find the given places, one after the other."""
     goals, left = [], iter(places)

@@ -7,8 +7,10 @@ import pytest
 import xarray as xr
 
 from semiwear.emulator import kept_by
+from semiwear.errors import Problem
 from semiwear.scatter import estimates
-from semiwear.scatter.statistics import Scatter
+from semiwear.scatter.design import read_correlation
+from semiwear.scatter.statistics import Scatter, end_text, varies
 from semiwear.sweep.outcome import Status
 
 emulated = import_module("semiwear.scatter.emulated")
@@ -36,6 +38,30 @@ def test_intervals_are_wider_by_the_stated_error_on_either_side():
     low, middle, high = (plain.probability("depth", below=place) for place in (9.5, 10.0, 10.5))
     found = wide.probability("depth", below=10.0)
     assert (found.value, found.low, found.high) == (middle.value, low.low, high.high)
+
+
+def test_a_value_at_a_bound_is_not_below_it():
+    assert made(np.arange(64.0)).probability("depth", below=32.0).value == 0.5
+
+
+def test_negative_samples_that_are_alike_do_not_vary():
+    assert not varies(np.full(3, -2.0), 1e-12) and varies(np.array([-2.0, -2.1]), 0.01)
+
+
+def test_an_end_below_all_samples_is_not_a_life_without_end():
+    lives = np.array([1e6, np.inf])
+    assert [end_text(end, lives, str) for end in (-np.inf, 1e6, np.inf)] == [
+        "too few samples", "1000000.0", "without end"
+    ]  # fmt: skip
+    assert end_text(np.inf, lives[:1], str) == "too few samples"
+
+
+def test_correlations_of_which_one_follows_from_the_others_are_refused():
+    """Of normal numbers 0.8, 0.8 and 2 0.8^2 - 1: the third is a sum of the others."""
+    ranks = 6.0 / np.pi * np.arcsin(0.5 * np.array([0.8, 0.8, 2.0 * 0.8**2 - 1.0]))
+    pairs = dict(zip([("a", "b"), ("b", "c"), ("a", "c")], ranks.tolist(), strict=True))
+    problems: list[Problem] = []
+    assert read_correlation("abc", pairs, problems) is None and "compatible" in str(problems[0])
 
 
 def test_quantiles_settle_over_the_first_samples():
