@@ -69,40 +69,35 @@ def tooth_compliance(
         return ElasticTeeth(lines.roll, tuple)
     if numerics.tooth_compliance != "prism":
         return ElasticTeeth(lines.roll, partial(_influence, scene, pair, lines))
-    own = Toothing.of(scene), scene.operation.loaded_flank, pair, numerics.harmonics
+    own = _Prismatic(Toothing.of(scene), scene.operation.loaded_flank, pair, numerics.harmonics, compared)
     if recurs:
-        return _prisms_on_lines(*own, lines, compared)
-    return replace(_prisms(*own, lines, compared), known=_known_compliance(*own, lines.face.tobytes(), compared))
+        return _prisms_on_lines(own, lines)
+    return ElasticTeeth(lines.roll, partial(_prism_bodies, own, lines), _known_compliance(own, lines.face.tobytes()))
 
 
-def _prisms(
-    toothing: Toothing,
-    loaded_flank: str,
-    pair: FlankPair,
-    harmonics: int,
-    lines: ContactLines,
-    compared: Compared | None,
-) -> ElasticTeeth:
-    return ElasticTeeth(lines.roll, partial(_prism_bodies, toothing, loaded_flank, pair, harmonics, lines, compared))
+class _Prismatic(NamedTuple):
+    """All that prisms depend on but the lines on which they are loaded."""
 
-
-_prisms_on_lines = lru_cache(maxsize=4)(_prisms)
+    toothing: Toothing
+    loaded_flank: str
+    pair: FlankPair
+    harmonics: int
+    compared: Compared | None
 
 
 @lru_cache(maxsize=4)
-def _known_compliance(*_: object) -> dict[tuple[bytes, bytes], PointCompliance]:
-    """A cache for `ElasticTeeth` on any lines, by what else the compliance between their points depends on."""
+def _prisms_on_lines(own: _Prismatic, lines: ContactLines) -> ElasticTeeth:
+    return ElasticTeeth(lines.roll, partial(_prism_bodies, own, lines))
+
+
+@lru_cache(maxsize=4)
+def _known_compliance(own: _Prismatic, face: bytes) -> dict[tuple[bytes, bytes], PointCompliance]:
+    """A cache for `ElasticTeeth` on any lines at these stations."""
     return {}
 
 
-def _prism_bodies(
-    toothing: Toothing,
-    loaded_flank: str,
-    pair: FlankPair,
-    harmonics: int,
-    lines: ContactLines,
-    compared: Compared | None,
-) -> tuple[CompliantBody, ...]:
+def _prism_bodies(own: _Prismatic, lines: ContactLines) -> tuple[CompliantBody, ...]:
+    toothing, loaded_flank, pair, harmonics, compared = own
     common = toothing if compared is None else toothing.at_moduli(compared.youngs_moduli)
     course = None if compared is None else compared.course
     bodies: list[CompliantBody] = []
