@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.compliance.tooth import Elastic
+from semiwear.compliance.elastic_teeth import Elastic
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders

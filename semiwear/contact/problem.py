@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.compliance.elastic_teeth import CompliantBody, ElasticTeeth, PointCompliance
 from semiwear.compliance.slice_compliance import SliceCompliance
-from semiwear.compliance.tooth import CompliantBody, ElasticTeeth, PointCompliance
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray
+from semiwear.compliance.elastic_teeth import CompliantBody, ElasticTeeth
 from semiwear.compliance.slice_compliance import SliceCompliance
-from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.effect_clock import EffectClock

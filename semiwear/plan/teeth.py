@@ -10,19 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.compliance.beyond_prism import BeyondOnLines, WheelInfluence, wheel_influence
+from semiwear.compliance.elastic_teeth import CompliantBody, ElasticTeeth, PointCompliance
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
 from semiwear.compliance.taper import tapered
-from semiwear.compliance.tooth import (
-    BodyOnLines,
-    CompliantBody,
-    ElasticTeeth,
-    LinePlaces,
-    OfModulus,
-    PointCompliance,
-    ToothBody,
-)
+from semiwear.compliance.tooth import BodyOnLines, LinePlaces, OfModulus, ToothBody
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines

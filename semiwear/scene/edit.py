@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from semiwear.errors import Problem
-from semiwear.scene.model import SceneTables
 from semiwear.scene.named_data import NAMING, dropped_with
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
-from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_data, to_dict
+from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_data
 from semiwear.untyped import Table, Value
 
 # Setting one of these ends of a run removes the others.
 _ENDS = ("wear.until.meshes", "wear.until.hours", "wear.until.control_depths_um")
 
 
-def edited(scene: SceneTables | Mapping[str, Value], changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
+def edited(scene: Mapping[str, Value], changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
     """Nested mappings of a scene with dotted keys set to new values, or removed by None; problems of unknown keys.
 
-    Nested mappings that are given need not be a valid scene.
+    The scene, nested mappings as of `to_dict` without derived values, need not be a valid one.
     """
-    data = to_dict(scene, without_derived=True) if isinstance(scene, SceneTables) else dict(scene)
+    data = dict(scene)
     schema = schema_of_data(data)
     kind = changes.get("gear_pair.type")
     schema = SCHEMAS.get(kind, schema) if isinstance(kind, str) else schema

@@ -17,7 +17,7 @@ from semiwear.scene import Scene
 from semiwear.scene.closest import closest
 from semiwear.scene.edit import edited
 from semiwear.scene.reading import read_fields
-from semiwear.scene.schema import SCHEMAS, Schema, schema_of_scene
+from semiwear.scene.schema import SCHEMAS, Schema, schema_of_scene, to_dict
 from semiwear.scene.toml_io import write_toml
 from semiwear.scene.values import is_number, shown
 from semiwear.sweep.names import short_names
@@ -197,7 +197,7 @@ def _read(
     """Checked values of a field, each by itself; those of tables unchanged."""
     schema = next((kind for kind in schemas if key and (key in kind.rules or key in kind.tables)), None)
     if schema is None:
-        problems += edited(scene, {key: values[0] if values else ""})[1]
+        problems += edited(to_dict(scene, without_derived=True), {key: values[0] if values else ""})[1]
         return []
     found = []
     for k, raw in enumerate(values):
@@ -216,7 +216,7 @@ def _read_one(scene: Scene, schema: Schema, key: str, raw: Value) -> tuple[Value
     if key in schema.rules:
         value, problem = schema.rules[key].apply(key, raw)
         return value, [] if problem is None else [problem]
-    reading = read_fields(edited(scene, {key: raw})[0], schema)
+    reading = read_fields(edited(to_dict(scene, without_derived=True), {key: raw})[0], schema)
     return raw, [p for p in reading.problems if p.field == key or p.field.startswith(f"{key}.")]
 
 

@@ -18,7 +18,7 @@ from semiwear.closed_forms.hertz import (
     line_contact_pressure,
 )
 from semiwear.closed_forms.stripe import stripe_kernel, stripe_table
-from semiwear.compliance.tooth import line_compliance
+from semiwear.compliance.elastic_teeth import line_compliance
 from semiwear.contact import line_contact
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.footprint import Footprints

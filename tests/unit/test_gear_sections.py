@@ -5,7 +5,8 @@ import pytest
 
 import semiwear as sw
 from semiwear.compliance.block_band import solve_block_band
-from semiwear.compliance.tooth import _section_weights, line_compliance
+from semiwear.compliance.elastic_teeth import line_compliance
+from semiwear.compliance.tooth import _section_weights
 from semiwear.meshing import face_gear_pair
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.pairs import flank_pair

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.compliance.tooth import BodyOnLines, LinePlaces, line_compliance
+from semiwear.compliance.elastic_teeth import line_compliance
+from semiwear.compliance.tooth import BodyOnLines, LinePlaces
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.meshing.pairs import flank_pair
 from semiwear.plan.teeth import tooth_compliance
