@@ -89,11 +89,11 @@ def end_effect(
         width=width,
         youngs_modulus=youngs_modulus,
         poissons_ratio=poissons_ratio,
+        along=cos(slant),
         name=name,
     )
-    mirrored = stretch.influence(cos(slant), 0.0, mirrored=True)
-    square = stretch.influence(cos(slant), 0.0)
-    free = square if slant == 0.0 else stretch.influence(cos(slant), sin(slant))
+    mirrored, square = stretch.influence(mirrored=True), stretch.influence()
+    free = square if slant == 0.0 else replace(stretch, lean=sin(slant)).influence()
     share = fillet_shares(stretch.mesh)
     fine, coarse = _peaks(_steady(prism), prism.fillet_share), _peaks(mirrored.stress[0, :, :HEIGHTS], share)
     # a load beside the fillet may cause no peak of stress in either

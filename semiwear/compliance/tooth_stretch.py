@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -86,18 +87,30 @@ class Stretch:
         Between the ends, along the axis.
     youngs_modulus : float [MPa]
     poissons_ratio : float
+    along, lean : float
+        Cosine and sine of the helix angle: d/ds = along d/dz, and d/dx includes lean d/dz. The sine is positive where
+        the tooth runs with z in the direction of the load, and 0 makes the ends square.
     """
 
     mesh: SectionMesh
     width: float
     youngs_modulus: float
     poissons_ratio: float
+    along: float = 1.0
+    lean: float = 0.0
 
     @classmethod
     def of(
-        cls, section: ToothSection, *, width: float, youngs_modulus: float, poissons_ratio: float, name: str
+        cls,
+        section: ToothSection,
+        *,
+        width: float,
+        youngs_modulus: float,
+        poissons_ratio: float,
+        along: float = 1.0,
+        name: str,
     ) -> Stretch:
-        """Mesh the loaded half of a section and its neighbour's ground.
+        """Mesh the loaded half of a section and its neighbour's ground; the ends are square.
 
         Parameters
         ----------
@@ -107,6 +120,8 @@ class Stretch:
             Between the ends, along the axis.
         youngs_modulus : float [MPa]
         poissons_ratio : float
+        along : float
+            Cosine of the helix angle.
         name : str
             Name of the section in error messages.
         """
@@ -118,30 +133,24 @@ class Stretch:
             elements_below=_BELOW,
             name=name,
         )
-        return cls(_loaded_half(whole, section), width, youngs_modulus, poissons_ratio)
+        return cls(_loaded_half(whole, section), width, youngs_modulus, poissons_ratio, along)
 
-    def influence(self, along: float, lean: float, *, mirrored: bool = False) -> StretchInfluence:
-        """Influence of loads on the flank, where d/ds = along d/dz and d/dx includes lean d/dz.
+    def influence(self, *, mirrored: bool = False) -> StretchInfluence:
+        """Influence of loads on the flank.
 
         Parameters
         ----------
-        along, lean : float
-            Cosine and sine of the helix angle; the sine is positive where the tooth runs with z in the direction of
-            the load, and 0 makes the ends square.
         mirrored : bool
             Whether the tooth continues beyond its ends as its mirror image, instead of being free there. Only for
             square ends.
         """
-        integrals = section_integrals(self.mesh, self.youngs_modulus, self.poissons_ratio, along, lean)
-        k00, k01, k11 = (k.tocsr() * (self.width / along) for k in integrals)
-        levels = list(_levels(self.mesh))
-        joined = _joined(k00, k01, k11, derivatives(ORDERS) / self.width, levels)
+        levels, joined = self._assembled
         load = self._on_flank()
         moved, deflection = np.zeros_like(load), np.zeros((load.shape[1],) * 2)
         bending = np.zeros_like(deflection)
         # half a turn exchanges the flanks: z changes sign, and so does the bending load
         turned = np.repeat((-1.0) ** np.arange(ORDERS), HEIGHTS)
-        for sign, free in self._fields(square=lean == 0.0, mirrored=mirrored):
+        for sign, free in self._fields(square=self.lean == 0.0, mirrored=mirrored):
             chosen = [np.flatnonzero(free[own]) for own in levels]
             forces = [load[own[some]] for own, some in zip(levels, chosen, strict=True)]
             answer = np.zeros_like(deflection)
@@ -153,8 +162,16 @@ class Stretch:
             bending += shared[:, None] * answer * shared
         whole = moved.reshape(len(self.mesh.nodes), 3, ORDERS, -1)
         whole[:, 2] = np.einsum("pq,nql->npl", _AXIAL, whole[:, 2])
-        stress = self._stress(whole, along, lean)
+        stress = self._stress(whole)
         return StretchInfluence(0.5 * (deflection + deflection.T), 0.5 * (bending + bending.T), stress)
+
+    @cached_property
+    def _assembled(self) -> tuple[list[IntArray], list[tuple[FloatArray, FloatArray]]]:
+        """Unknowns level by level, and their stiffness, see `_joined`."""
+        integrals = section_integrals(self.mesh, self.youngs_modulus, self.poissons_ratio, self.along, self.lean)
+        k00, k01, k11 = (k.tocsr() * (self.width / self.along) for k in integrals)
+        levels = list(_levels(self.mesh))
+        return levels, _joined(k00, k01, k11, derivatives(ORDERS) / self.width, levels)
 
     def _on_flank(self) -> FloatArray:
         """Unit loads on the flank, expanded in polynomials, at heights: (unknowns, P H) array."""
@@ -177,12 +194,12 @@ class Stretch:
                 opposite = ~alike if square else alike
                 yield sign, (free & np.stack([alike, alike, opposite])).reshape(-1)
 
-    def _stress(self, moved: FloatArray, along: float, lean: float) -> FloatArray:
+    def _stress(self, moved: FloatArray) -> FloatArray:
         nodes, slopes, values, tangent, _ = fillet_edges(self.mesh)
         steady = np.einsum("fa,fi,faipl->pfl", slopes, tangent, moved[nodes, :2], optimize=True)
         tangential = np.einsum("fa,fi,faipl->pfl", values, tangent, moved[nodes, :2], optimize=True)
         axial = np.einsum("fa,fapl->pfl", values, moved[nodes, 2], optimize=True)
-        by_z = lean * tangent[None, :, :1] * tangential + self.poissons_ratio * along * axial
+        by_z = self.lean * tangent[None, :, :1] * tangential + self.poissons_ratio * self.along * axial
         strain = steady + np.tensordot(derivatives(ORDERS) / self.width, by_z, axes=1)
         stress: FloatArray = self.youngs_modulus / (1.0 - self.poissons_ratio**2) * strain
         return stress

@@ -1,5 +1,6 @@
 """Free ends of a tooth: thin slices in plane stress, a mirror that is one, energy, symmetry and reach."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -35,7 +36,7 @@ def stretch(width: float, youngs_modulus: float = 206000.0, poissons_ratio: floa
 @cache
 def freed(lean: float) -> StretchInfluence:
     """Of a tooth of 40 mm with ends that lean."""
-    return stretch(40.0).influence(np.sqrt(1.0 - lean**2), lean)
+    return replace(stretch(40.0), along=np.sqrt(1.0 - lean**2), lean=lean).influence()
 
 
 @cache
@@ -68,9 +69,9 @@ def test_polynomials_are_orthonormal_and_their_derivatives_are_polynomials():
 def test_a_thin_slice_is_in_plane_stress():
     """Mirrored ends hold a slice in plane strain; freed, it is in plane stress: other constants, same code."""
     e, nu = STEEL["youngs_modulus"], STEEL["poissons_ratio"]
-    plane_stress = stretch(0.5, e * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu)).influence(1.0, 0.0, mirrored=True)
-    plane_strain = stretch(0.5).influence(1.0, 0.0, mirrored=True)
-    free = stretch(0.5).influence(1.0, 0.0)
+    plane_stress = stretch(0.5, e * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu)).influence(mirrored=True)
+    plane_strain = stretch(0.5).influence(mirrored=True)
+    free = stretch(0.5).influence()
     wanted, strained, found = (one.bending[:HEIGHTS, :HEIGHTS] for one in (plane_stress, plane_strain, free))
     assert (wanted > 1.01 * strained).all()
     # beside the held foot the slice stays in plane strain
@@ -84,7 +85,7 @@ def test_a_thin_slice_is_in_plane_stress():
 
 def test_mirrored_ends_are_no_ends():
     """An even load deflects and stresses an endless tooth alike everywhere."""
-    deflection, _, stress = stretch(40.0).influence(1.0, 0.0, mirrored=True)
+    deflection, _, stress = stretch(40.0).influence(mirrored=True)
     places = np.linspace(-0.5, 0.5, 9)
     moved = along(places, deflection @ even_load())
     np.testing.assert_allclose(moved, np.broadcast_to(moved[4], moved.shape), rtol=1e-9)
