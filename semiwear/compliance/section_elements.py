@@ -68,8 +68,11 @@ def _of_constant_section(
 ) -> HarmonicMatrices:
     """Integrals with strains in the plane as B0, and `along` as B1, (q, 6, 9, 3)."""
     gradient, area = gradients(mesh)
-    found = strain_integrals(mesh, area, plane_strains(gradient), along, elasticity(youngs_modulus, poissons_ratio))
-    fixed, mixed, twice = (matrix.tocsc() for matrix in found)
+    found = strain_integrals(area, plane_strains(gradient), along, elasticity(youngs_modulus, poissons_ratio))
+    unknowns = unknowns_of_elements(mesh)
+    where = np.repeat(unknowns, 27, axis=1).ravel(), np.tile(unknowns, (1, 27)).ravel()
+    shape = (3 * len(mesh.nodes),) * 2
+    fixed, mixed, twice = (coo_matrix((part.ravel(), where), shape=shape).tocsc() for part in found)
     return fixed, mixed, twice
 
 
@@ -97,13 +100,12 @@ def plane_strains(gradient: FloatArray) -> FloatArray:
 
 
 def strain_integrals(
-    mesh: SectionMesh, area: FloatArray, fixed: FloatArray, along: FloatArray, hooke: FloatArray
-) -> tuple[coo_matrix, coo_matrix, coo_matrix]:
-    """Integrals of B0' D B0, B0' D B1 and B1' D B1 over a section.
+    area: FloatArray, fixed: FloatArray, along: FloatArray, hooke: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Integrals of B0' D B0, B0' D B1 and B1' D B1 over every element of a section, (m, 27, 27).
 
     Parameters
     ----------
-    mesh : SectionMesh
     area : (m, q) array [mm^2]
         Of `gradients`.
     fixed : (m, q, 6, 9, 3) array
@@ -116,15 +118,16 @@ def strain_integrals(
     b0 = fixed.reshape(*fixed.shape[:3], 27)
     b1 = np.broadcast_to(along.reshape(-1, 6, 27), b0.shape)
     s0, s1 = (area[:, :, None, None] * (hooke @ b) for b in (b0, b1))
-    unknowns = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
-    where = np.repeat(unknowns, 27, axis=1).ravel(), np.tile(unknowns, (1, 27)).ravel()
-    size = 3 * len(mesh.nodes)
 
-    def assembled(b: FloatArray, stress: FloatArray) -> coo_matrix:
-        products = b.reshape(len(b), -1, 27).swapaxes(1, 2) @ stress.reshape(len(b), -1, 27)
-        return coo_matrix((products.ravel(), where), shape=(size, size))
+    def integral(b: FloatArray, stress: FloatArray) -> FloatArray:
+        return np.asarray(b.reshape(len(b), -1, 27).swapaxes(1, 2) @ stress.reshape(len(b), -1, 27))
 
-    return assembled(b0, s0), assembled(b0, s1), assembled(b1, s1)
+    return integral(b0, s0), integral(b0, s1), integral(b1, s1)
+
+
+def unknowns_of_elements(mesh: SectionMesh) -> IntArray:
+    """Unknowns of every element in the order of `strain_integrals`, (m, 27)."""
+    return (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
 
 
 def elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:

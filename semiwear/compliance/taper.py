@@ -45,6 +45,7 @@ from semiwear.compliance.section_elements import (
     plane_strains,
     shape_values,
     strain_integrals,
+    unknowns_of_elements,
 )
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.geometry.section import ToothSection
@@ -256,11 +257,13 @@ class _Reduced:
         cls, mesh: SectionMesh, slant: FloatArray, shapes: tuple[FloatArray, ...], elastic: tuple[float, float]
     ) -> _Reduced:
         """A section whose nodes move by `slant` (n, 2) for each millimetre along the face."""
-        side_by_side = np.hstack(shapes)
-        count = shapes[0].shape[1]
+        unknowns = unknowns_of_elements(mesh)
+        side_by_side, count = np.hstack(shapes), shapes[0].shape[1]
+        in_elements = side_by_side[unknowns]
+        onto = coo_matrix((np.ones(unknowns.size), (unknowns.ravel(), np.arange(unknowns.size)))).tocsr()
         stiffness = []
-        for matrix in _slanted_matrices(mesh, slant, elastic):
-            loaded = matrix @ side_by_side
+        for matrices in _slanted_matrices(mesh, slant, elastic):
+            loaded = onto @ (matrices @ in_elements).reshape(unknowns.size, -1)
             stiffness.append(sum(p.T @ loaded[:, k * count : (k + 1) * count] for k, p in enumerate(shapes)))
         # the normal of a tapered flank has a component along the face
         along = -np.einsum("hi,hi->h", mesh.flank_normal, slant[mesh.flank])
@@ -282,8 +285,8 @@ class _Reduced:
 
 def _slanted_matrices(
     mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]
-) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
-    """Integrals B_a' D B_a, B_a' D B_b and B_b' D B_b over a section, unknowns 3 node + (u, v, w)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Integrals B_a' D B_a, B_a' D B_b and B_b' D B_b over every element of a section, (m, 27, 27)."""
     gradient, area = gradients(mesh)
     values = shape_values()
     drift = np.einsum("bq,mbi,mqia->mqa", values, slant[mesh.elements], gradient, optimize=True)
@@ -291,8 +294,7 @@ def _slanted_matrices(
     fixed[:, :, 2, :, 2] = fixed[:, :, 4, :, 1] = fixed[:, :, 5, :, 0] = -drift
     along = np.zeros((values.shape[1], 6, 9, 3))
     along[:, 2, :, 2] = along[:, 4, :, 1] = along[:, 5, :, 0] = values.T
-    found = strain_integrals(mesh, area, fixed, along, elasticity(*elastic))
-    return tuple(matrix.tocsr() for matrix in found)
+    return strain_integrals(area, fixed, along, elasticity(*elastic))
 
 
 def _gauges(mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]) -> tuple[csr_matrix, csr_matrix]:
