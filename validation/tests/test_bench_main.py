@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.scenes import TINY
+from tests.scenes import RIGID, TINY
 from validation import bench_main
 from validation.bench_cases import CASES, GROWTH, BenchCase, Growth
 from validation.bench_worker import answer, scene_of
@@ -107,7 +107,7 @@ def test_wrong_arguments_are_told(words: list[str], capsys: pytest.CaptureFixtur
 
 @pytest.mark.slow
 def test_the_command_writes_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_main, "CASES", (BenchCase("tiny", "", changes=TINY, action="loaded_contact"),))
+    monkeypatch.setattr(bench_main, "CASES", (BenchCase("tiny", "", changes={**TINY, **RIGID}, action="loaded_contact"),))
     bench_main.main(["tiny", "--repeat", "2", "--threads", "1", "2", "--json", str(tmp_path / "figures.json")])
     rows = json.loads((tmp_path / "figures.json").read_text())["warm"]
     assert [(row["case"], row["threads"]) for row in rows] == [("tiny", 1), ("tiny", 2)]
