@@ -83,6 +83,12 @@ def put(page, control, value):
     )
 
 
+@pytest.fixture(scope="module")
+def initial(shown):
+    """The view that every test leaves behind."""
+    return pixels(shown)
+
+
 def changed_share(before, after):
     first, second = (imread(io.BytesIO(picture)) for picture in (before, after))
     return float((np.abs(first - second).max(axis=-1) > 0.05).mean())
@@ -102,17 +108,16 @@ def test_nothing_is_fetched_and_nothing_fails(shown, page_file):
         ("#turning-roll", 0, 1e-3),
     ],
 )
-def test_controls_change_the_picture(shown, control, value, least):
-    before, at_first = pixels(shown), shown.locator(control).input_value()
+def test_controls_change_the_picture(shown, initial, control, value, least):
+    at_first = shown.locator(control).input_value()
     assert at_first != str(value)
     put(shown, control, value)
-    assert changed_share(before, pixels(shown)) > least
+    assert changed_share(initial, pixels(shown)) > least
     put(shown, control, at_first)
 
 
 @pytest.mark.parametrize("way", ["drag", "key", "button"])
-def test_the_tooth_turns(shown, way):
-    before = pixels(shown)
+def test_the_tooth_turns(shown, initial, way):
     if way == "drag":
         box = shown.locator("#turning-view").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -125,9 +130,9 @@ def test_the_tooth_turns(shown, way):
         shown.keyboard.press("ArrowLeft")
     else:
         shown.get_by_role("button", name="Turn right").click()
-    assert changed_share(before, pixels(shown)) > 0.02
+    assert changed_share(initial, pixels(shown)) > 0.02
     shown.get_by_role("button", name="Initial view").click()
-    assert changed_share(before, pixels(shown)) < 0.01
+    assert changed_share(initial, pixels(shown)) < 0.01
 
 
 def test_words_follow_the_sliders(shown):
@@ -149,8 +154,8 @@ def test_axe_finds_nothing_serious(shown, scheme):
     assert not [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
 
 
-@pytest.mark.parametrize("width", [390, 1920])
-def test_nothing_lies_beside_the_page(shown, width):
+@pytest.mark.parametrize("width", [390, 760, 1920])
+def test_the_page_and_the_whole_tooth_fit_a_screen(shown, width):
     shown.set_viewport_size({"width": width, "height": 900})
     shown.wait_for_timeout(300)
     assert shown.evaluate("document.documentElement.scrollWidth") <= width
@@ -165,13 +170,6 @@ def test_nothing_lies_beside_the_page(shown, width):
         width,
     )
     assert not beyond
-    shown.set_viewport_size(USUAL)
-
-
-@pytest.mark.parametrize("width", [390, 760, 1920])
-def test_the_whole_tooth_and_its_words_are_seen(shown, width):
-    shown.set_viewport_size({"width": width, "height": 900})
-    shown.wait_for_timeout(300)
     shown.get_by_role("button", name="Initial view").click()
     picture = pixels(shown)
     words = shown.evaluate(
