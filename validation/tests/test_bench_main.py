@@ -107,7 +107,9 @@ def test_wrong_arguments_are_told(words: list[str], capsys: pytest.CaptureFixtur
 
 @pytest.mark.slow
 def test_the_command_writes_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_main, "CASES", (BenchCase("tiny", "", changes={**TINY, **RIGID}, action="loaded_contact"),))
+    monkeypatch.setattr(
+        bench_main, "CASES", (BenchCase("tiny", "", changes={**TINY, **RIGID}, action="loaded_contact"),)
+    )
     bench_main.main(["tiny", "--repeat", "2", "--threads", "1", "2", "--json", str(tmp_path / "figures.json")])
     rows = json.loads((tmp_path / "figures.json").read_text())["warm"]
     assert [(row["case"], row["threads"]) for row in rows] == [("tiny", 1), ("tiny", 2)]
