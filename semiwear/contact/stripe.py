@@ -157,7 +157,7 @@ def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # ty
 def subtract_mid_surface(matrix, starts, arc, length, depth, shear_factor, poisson):  # type: ignore[no-untyped-def]
     """Subtract what tooth compliance counts already: the half-space displacement at the mid-surface [mm/N].
 
-    The point-load solution at a depth (Johnson 1985, eq. 3.22a with z = depth), integrated over a slice.
+    The point-load solution at a depth (Johnson 1985, eq. 3.18c with z = depth), integrated over a slice.
 
     Parameters
     ----------

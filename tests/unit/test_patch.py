@@ -168,7 +168,7 @@ def test_forces_beside_the_line_bend_teeth_as_those_of_a_line_that_has_moved(see
 
 
 def test_less_is_subtracted_aside_as_the_half_space_displacement_falls():
-    """Second differences of the point-load solution at a depth (Johnson 1985, eq. 3.22a) over a slice."""
+    """Second differences of the point-load solution at a depth (Johnson 1985, eq. 3.18c) over a slice."""
     arc, length = np.array([0.0, 1.3, 5.0, 11.0]), np.full(4, 1.3)
     depth, shear, poisson = (
         np.array([np.full(4, 2.5), np.full(4, 4.0)]),
