@@ -85,7 +85,7 @@ class Misalignment(EffectTable):
 
     offset_mm: float = _shift("Shift of the pinion along +x.")
     axial_pinion_mm: float = _shift("Shift of the pinion along its axis.")
-    axial_gear_mm: float = _shift("Shift of the pinion along the gear's axis, away from the gear.")
+    axial_gear_mm: float = _shift("Shift of the pinion along +y, the axis of a face gear, away from the gear.")
     shaft_angle_error_mrad: float = _turn("Rotation of the pinion about +x through the pitch point.")
     pinion_slope_mrad: float = _turn("Rotation of the pinion about +y through the pitch point.")
 
@@ -244,7 +244,9 @@ class ShaftCompliance(EffectTable):
     axial_pinion_um_per_kN: float = _spring(
         "Shift along the pinion's axis per force in that direction.", "um/kN", 1.0
     )
-    axial_gear_um_per_kN: float = _spring("Shift along the gear's axis per force in that direction.", "um/kN", 1.0)
+    axial_gear_um_per_kN: float = _spring(
+        "Shift along y, the axis of a face gear, per force in that direction.", "um/kN", 1.0
+    )
     shaft_angle_mrad_per_kNm: float = _spring("Rotation about +x per moment about that axis.", "mrad/kNm", 0.1)
     pinion_slope_mrad_per_kNm: float = _spring("Rotation about +y per moment about that axis.", "mrad/kNm", 0.1)
 
