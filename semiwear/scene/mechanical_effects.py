@@ -118,7 +118,8 @@ class FlankModification(EffectTable):
     )
     tip_relief_length_mm: float | None = declared(
         positive(_RELIEF_LENGTH),
-        "Extent along the profile from the tip; left out: a third of the flank's profile length.",
+        "Extent along the profile from the tip, an arc length, not a length of roll; left out: a third of the "
+        "flank's profile length.",
         default=None,
     )
     root_relief_um: float = declared(
@@ -128,7 +129,8 @@ class FlankModification(EffectTable):
     )
     root_relief_length_mm: float | None = declared(
         positive(_RELIEF_LENGTH),
-        "Extent along the profile from the root; left out: a third of the flank's profile length.",
+        "Extent along the profile from the root, an arc length, not a length of roll; left out: a third of the "
+        "flank's profile length.",
         default=None,
     )
     relief_shape: str = declared(
