@@ -171,7 +171,8 @@ def _parser() -> argparse.ArgumentParser:
         help="print a script by which a shell (bash, zsh, tcsh) completes commands, and end",
     )  # fmt: skip
     common = argparse.ArgumentParser(add_help=False)
-    common.add_argument("-q", "--quiet", action="store_true", help="print errors only, neither progress nor notes")
+    text = "no progress and no notes; errors, warnings and the result stay"
+    common.add_argument("-q", "--quiet", action="store_true", help=text)
     common.add_argument("--json", action="store_true", help="one JSON document on standard output, for machines")
     commands = _Commands(
         parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND"), common

@@ -9,10 +9,10 @@ from pathlib import Path
 FOR_USERS = {
     "plot": "Pictures of flanks and histories, and the report with pictures that stand still.",
     "report": "The report with a tooth that can be turned.",
-    "progress": "A bar that tells how far a run is.",
+    "progress": "A progress bar.",
     "loads": "A load spectrum of a measured torque, by rainflow counting.",
-    "sweep": "Studies on a Dask cluster, and the store in which nothing is solved twice.",
-    "infer": "What worn flanks say of wear coefficient, torque and misalignment; emulators.",
+    "sweep": "Studies on a Dask cluster, and their datasets as `.zarr` folders.",
+    "infer": "Inference of wear coefficient, torque and misalignment from worn flanks; emulators.",
     "view": "Worn flanks and teeth as surfaces for ParaView, PyVista and CAD.",
     "tables": "Results as workbooks of spreadsheets.",
     "completion": "Commands completed by the shell.",

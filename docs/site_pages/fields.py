@@ -19,8 +19,8 @@ _KINDS = {
 }
 _INTRODUCTION = """\
 Every field is declared once, in the package; this page is made of those declarations. `semiwear fields` prints the
-same list, and {download}`scene.schema.json <../../scene.schema.json>` tells it to an editor. Where a default
-*follows* from other fields, its value in the shipped scene of that kind is told.
+same list, and {download}`scene.schema.json <../../scene.schema.json>` is the same for editors. Where a default
+*follows* from other fields, its value in the shipped scene of that kind is given.
 """
 
 

@@ -20,7 +20,7 @@ scene = scene.replace({"wear.until.control_depths_um": [10, 20, 30, 40, 50, 60]}
 # What will run, and why
 # ----------------------
 #
-# A plan tells which models a scene asks for before anything is computed. An effect runs if its table is there.
+# A plan states which models a scene asks for before anything is computed. An effect runs if its table is there.
 print(sw.plan(scene))
 
 # %%
@@ -31,7 +31,8 @@ print(sw.plan(scene))
 # along the path of contact. Limits of the face are known in closed form.
 unloaded = sw.tooth_contact_analysis(scene)
 for name in ("contact_ratio", "undercut_radius", "pointing_radius"):
-    print(f"{unloaded[name].attrs['long_name']}: {float(unloaded[name]):.2f} {unloaded[name].attrs['units']}")
+    unit = unloaded[name].attrs["units"].replace("1", "")
+    print(f"{unloaded[name].attrs['long_name']}: {float(unloaded[name]):.2f} {unit}")
 
 # %%
 # Under load the point becomes a long ellipse, and several pairs share the torque.

@@ -41,7 +41,7 @@ scene = scene_from_dict(sheet)
 print(scene.to_toml().partition("[material")[0])
 
 # %%
-# A mistake is told by its field, with what is allowed and the likely remedy; all mistakes at once.
+# A mistake is reported with its field, the allowed values and the likely remedy; all mistakes at once.
 try:
     scene_from_dict(sheet | {"gear_pair": sheet["gear_pair"] | {"normal_module_mm": -3.0, "pinion_teeth": 3}})
 except sw.SceneError as error:
@@ -67,7 +67,7 @@ for body, ax in zip(("pinion", "gear"), axes, strict=True):
     sw.plot.wear_map(tree, ax=ax, body=body)
 
 # %%
-# Life: until 50 um are gone anywhere on the pinion, and what a change of torque would do to it.
+# Life: until 50 um are worn off anywhere on the pinion, and its sensitivity to torque and wear coefficient.
 life = tree["life"].to_dataset()
 for value in life.data_vars.values():
     unit = value.attrs["units"].replace("1", "")
@@ -77,6 +77,6 @@ for value in life.data_vars.values():
 # How sure is it?
 # ---------------
 #
-# The wear coefficient is known to a factor of two or so, and wear is as uncertain as that. Of the numerics the result
-# tells: run it with ``numerics.accuracy = 0.03`` and read ``/diagnostics/error_estimate``.
+# The wear coefficient is seldom known better than to a factor of two, and wear is as uncertain as that. The result
+# states the error of the numerics: run it with ``numerics.accuracy = 0.03``, read ``/diagnostics/error_estimate``.
 print(sw.plan(scene.replace({"numerics": {"accuracy": 0.03}})))

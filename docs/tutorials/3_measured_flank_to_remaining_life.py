@@ -50,8 +50,9 @@ measured = points + noise[..., None] * normals
 # Deviations from the nominal flank
 # ---------------------------------
 #
-# The datum of the machine is not that of the gear: rotation and shift are fitted so that wear does not draw them
-# along.
+# The datum of the machine is not that of the gear: rotation and shift are fitted to the points that wear has left
+# highest, which needs unworn parts of the flank. Hardly any is unworn here, so that a rotation remains, which the
+# calibration below corrects.
 deviations = sw.register(scene, measured, "gear")
 print(f"rotation {float(deviations.rotation):.2f} arcsec, rest {float(deviations.residual_rms):.2f} um")
 
@@ -59,7 +60,7 @@ print(f"rotation {float(deviations.rotation):.2f} arcsec, rest {float(deviations
 # The wear coefficient, with its confidence interval
 # --------------------------------------------------
 #
-# Neighbouring residuals are correlated, and are counted so.
+# The interval allows for the correlation of neighbouring residuals.
 found = sw.calibrate(scene, measured, meshes=1e8)
 print(found)
 
@@ -72,10 +73,12 @@ plt.gcf().set_size_inches(11, 4)
 # Remaining life
 # --------------
 #
-# Lives until 50 um: of this part, and of parts whose coefficient scatters.
-life = found.life(50.0)
-print(life)
+# Life until 50 um are worn off: of the measured part, as uncertain as the measurement, and of the next part, with an
+# assumed scatter of the coefficient from part to part.
+own = found.life(50.0, k_scatter=0.0)
+print(own)
+print(found.life(50.0))
 
 # %%
-# The meshes that it has run already are part of that life.
-print(f"run so far: {1e8:.2e} meshes of a gear tooth")
+# The meshes that the part has run already are part of its life.
+print(f"meshes of a gear tooth: {1e8:.2e} so far, {own.median - 1e8:.2e} remain")

@@ -2,7 +2,7 @@
 Relief against wear
 ===================
 
-Where a tip edge digs into its mate's root the first micrometres wear off in no time. How much tip relief is best?
+Where a tip edge digs into its mate's root, the first micrometres wear off quickly. How much tip relief is best?
 First by hand, then by ``sw.optimise``.
 """
 

@@ -33,7 +33,7 @@ vary = {
 # On two cores
 # ------------
 #
-# Each scene is solved in a process of its own, on one thread, and kept in ``store`` as soon as it is there.
+# Two processes solve the scenes, each on one thread; every scene is kept in ``store`` as soon as it is solved.
 store = Path(tempfile.mkdtemp(), "store")
 found = sw.sweep(scene, vary, workers=2, store=store)
 print(found.root_stress_max.isel(wear_step=-1).sel(body="pinion").to_pandas().round(1))

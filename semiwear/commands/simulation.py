@@ -27,7 +27,7 @@ _LOG = logging.getLogger(__name__)
 
 _AFTER_A_STOP = (
     "{steps} finished wear step{s} kept in {path}: --resume continues from there, {depths}at fidelity line with more "
-    "numerics.max_iterations; after any other change of the scene the run starts from the beginning"
+    "numerics.max_iterations; after any other change of the scene leave --resume out, and the run starts anew"
 )
 
 

@@ -204,7 +204,7 @@ def _example(kind: str, folder: str) -> tuple[Table, Table]:
     pair |= {"gear_axis_point_mm": [0.0, -filled["gear_pair.centre_distance_mm"], 0.0]}
     pair |= {"gear_axis_direction": [0.0, 0.0, 1.0], "pinion_rotation": "negative", "gear_rotation": "positive"}
     given = {key: value for key, value in given.items() if not key.startswith("gear_pair.")}
-    return given | {f"gear_pair.{name}": value for name, value in pair.items()}, {}
+    return given | {f"gear_pair.{name}": value for name, value in pair.items()}, filled
 
 
 def _flat(data: Table, path: str) -> Iterator[tuple[str, Value]]:

@@ -118,7 +118,8 @@ class FlankModification(EffectTable):
     )
     tip_relief_length_mm: float | None = declared(
         positive(_RELIEF_LENGTH),
-        "Extent along the profile from the tip; left out: a third of the flank's profile length.",
+        "Extent along the profile from the tip, an arc length, not a length of roll; left out: a third of the "
+        "flank's profile length.",
         default=None,
     )
     root_relief_um: float = declared(
@@ -128,7 +129,8 @@ class FlankModification(EffectTable):
     )
     root_relief_length_mm: float | None = declared(
         positive(_RELIEF_LENGTH),
-        "Extent along the profile from the root; left out: a third of the flank's profile length.",
+        "Extent along the profile from the root, an arc length, not a length of roll; left out: a third of the "
+        "flank's profile length.",
         default=None,
     )
     relief_shape: str = declared(
@@ -141,12 +143,14 @@ class FlankModification(EffectTable):
     )
     lead_slope_um: float = declared(
         between(number, -1000.0, 1000.0, _SIGNED, "um"),
-        "Helix slope modification: change over the face width, signed.",
+        "Helix slope modification: change over the face width; positive removes at the upper end of the face "
+        "(greater face coordinate), negative at the lower end.",
         default=0.0,
     )
     bias_um: float = declared(
         between(number, -1000.0, 1000.0, _SIGNED, "um"),
-        "Twist: relief that is greatest at two opposite corners of the flank, signed.",
+        "Twist: relief that is greatest at two opposite corners of the flank; positive: at the tip of the upper end "
+        "of the face (greater face coordinate) and the root of the lower end.",
         default=0.0,
     )
     file: str | None = declared(
@@ -221,8 +225,8 @@ class PitchError(EffectTable):
 
     pinion_um: tuple[float, ...] = declared(
         _pitch_deviations(),
-        "Deviations of successive pinion teeth from their true place, along the pitch circle, repeated around the "
-        "pinion.",
+        "Deviations of successive pinion teeth, as they come into mesh, from their true place, along the pitch "
+        "circle; positive where the tooth is ahead and takes more load; repeated around the pinion.",
     )
 
     @staticmethod

@@ -151,7 +151,7 @@ class Wear:
     worn_bodies: tuple[str, ...] = declared(
         worn_bodies(),
         "Bodies that wear, the pinion first. Left out: both for cylindrical gears, else the gear, as far as "
-        "coefficients are given for them; `Scene` fills it in (`default_worn_bodies`).",
+        "coefficients are given for them.",
         default=(),
     )
     control_point: ControlPoint | CylindricalControlPoint | FlankPointsControlPoint | None = None
@@ -226,8 +226,9 @@ class Numerics:
 
     accuracy: float | None = declared(
         between(number, 1e-4, 0.5, "0.02 is usual: 2 % of the greatest value of each kind"),
-        "Requested error, relative to the greatest value of each kind of quantity: fields in `RESOLUTION` that are "
-        "left out are then chosen for it. Left out: the numbers below.",
+        "Requested error, relative to the greatest value of each kind of quantity: the numbers of slices, roll "
+        "positions, profile points, harmonics, cells and wear steps that are left out are then chosen for it. Left "
+        "out: the defaults below.",
         default=None,
     )
     fidelity: str = declared(

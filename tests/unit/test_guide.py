@@ -31,6 +31,22 @@ def test_flanks_in_another_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", SCHEMAS)
+def test_elastic_constants_shown_in_a_new_scene_may_be_uncommented(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", kind]) == 0
+    path = tmp_path / f"my_{kind}.toml"
+    text = path.read_text(encoding="utf-8")
+    for name in ("youngs_modulus_MPa", "poissons_ratio"):
+        assert text.count(f"# {name} = ") == 2
+        text = text.replace(f"# {name} = ", f"{name} = ")
+    as_shown = sw.load_scene(path)
+    path.write_text(text, encoding="utf-8")
+    assert sw.load_scene(path).material == as_shown.material
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
 def test_every_field_stands_in_a_new_scene(kind: str) -> None:
     text = new_scene(kind)
     for note in field_notes(kind):
