@@ -145,7 +145,7 @@ def sensitivities(
     1.0
     """
     problems: list[Problem] = []
-    names = [of] if isinstance(of, str) else list(of)
+    names = [of] if isinstance(of, str) or not isinstance(of, Sequence) else list(of)
     quantities = [found for name in names if (found := quantity_of("of", name, problems)) is not None]
     if not names:
         problems.append(Problem("of", "nothing", "one quantity or more", 'such as "wear_depth_max"'))
