@@ -23,7 +23,7 @@ from semiwear.sweep.outcome import Outcome
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Member, Task, gather
 from semiwear.sweep.store import Store, open_store
-from semiwear.sweep.variation import Variation, read_variation
+from semiwear.sweep.variation import Variation, combine_problems, read_variation
 from semiwear.threads import available_threads
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ class Job:
 
 
 def read_job(
-    scene: Scene,
+    scene: Scene | None,
     vary: Mapping[str, Sequence[object]] | DataFrame,
     *,
     measure: str | Sequence[str] | None = None,
@@ -155,19 +155,20 @@ def read_job(
     Raises
     ------
     SceneError
-        With all faults.
+        With all faults; without a scene, those that can be found without it.
     """
-    problems: list[Problem] = []
+    problems = combine_problems(combine)
     variation = measured = None
-    with Collected(problems):
-        variation = read_variation(scene, vary, combine)
+    if scene is not None:
+        with Collected(problems):
+            variation = read_variation(scene, vary, combine)
+        if variation is None or all(axis.key != "wear" for axis in variation.axes):
+            problems += wear_problems(scene)
     with Collected(problems):
         measured = measure_of(measure, wear_states)
     count, wrong = workers_of(*crew)
     problems += wrong
-    if variation is None or all(axis.key != "wear" for axis in variation.axes):
-        problems += wear_problems(scene)
-    if problems or variation is None or measured is None:
+    if problems or scene is None or variation is None or measured is None:
         raise SceneError(problems, "sweep")
     members, tasks = gather(scene, variation, measured)
     if measured.life_alone and not any(task.scene.effects.run_life for task in tasks.values()):
