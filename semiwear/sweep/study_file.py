@@ -119,11 +119,11 @@ def read_study(
             problems.append(Problem(name, shown(data[name]), f"a name of a study: {', '.join(names)}", fix))
     vary = _lists(_table(data, "vary", problems), problems)
     changes = {key: _or_none(key, value) for key, value in flat_fields(_table(data, "set", problems))}
-    name = data.get("scene")
-    scene = _scene(source, name, changes, problems)
+    given = data.get("scene")
+    scene = _scene(source, given, changes, problems)
     found = {name: data[name] for name in options if name in data}
     tables = {name: data[name] for name in further if name in data}
-    return Study(source, scene, name if isinstance(name, str) else "", vary, found, tables)
+    return Study(source, scene, given if isinstance(given, str) else "", vary, found, tables)
 
 
 def _meant(name: str, value: Value, names: Sequence[str]) -> str | None:
