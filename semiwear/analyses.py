@@ -33,14 +33,20 @@ def tooth_contact_analysis(scene: Scene, placement: Placement | None = None) -> 
     ----------
     scene : Scene
     placement : Placement, optional
-        Rigid displacement of the pinion.
+        Rigid displacement of the pinion. Default: that of ``[effects.misalignment]``, else none.
 
     Returns
     -------
     Dataset
-        `path_of_contact` [mm, fixed frame], `transmission_error` [arcsec, gear side], `contact_ellipse_angle` [deg
-        off the pinion axis] and `principal_relative_curvature` [1/mm] over `roll_position`; `contact_ratio`,
-        `undercut_radius`, `pointing_radius` [mm].
+        Over `roll_position`: `path_of_contact` (roll_position, axis) [mm] in the fixed frame, `transmission_error`
+        [arcsec] of the gear, `contact_ellipse_angle` [deg] between the ellipse's long axis and the pinion's axis, and
+        `principal_relative_curvature` (roll_position, direction) [1/mm]; `contact_ratio` [1]; for a face gear pair
+        also `undercut_radius` and `pointing_radius` [mm] of the gear.
+
+    Raises
+    ------
+    SceneError
+        The flanks do not meet in this placement.
 
     Examples
     --------
@@ -91,7 +97,7 @@ def loaded_contact(
         the gear. A DataArray is taken by its labels: dimensions in any order, bodies by the coordinate `body`, slices
         by the coordinate `face`, where it has them. Default: unworn.
     placement : Placement, optional
-        Rigid displacement of the pinion.
+        As of `tooth_contact_analysis`.
     meshes : float
         Number of load cycles of a gear tooth, all under this contact, for which pitting and bending are rated.
         Default 0: the static safety, as at the beginning of a run.
@@ -107,7 +113,9 @@ def loaded_contact(
     SceneError
         With all faults, before the teeth are computed: `wear_depth` is of another shape, negative, not finite, or of
         a pinion that does not wear, or the slices of its coordinate `face` are uneven or off the flank; `meshes` is
-        negative or not finite; `roll_positions` are none or not finite.
+        negative or not finite; `roll_positions` are none or not finite. Later, where the flanks do not meet.
+    ConvergenceError
+        The loads cannot be solved; the message names the roll position and what to change.
 
     Examples
     --------

@@ -78,7 +78,7 @@ def infer(
         Greatest standard deviation of an unknown by the emulator's error alone, as a fraction of its posterior
         standard deviation. The posterior includes that error in any case. Default 0.3.
     seed : int
-        Random seed of runs and draws.
+        Random seed of runs and draws. Default 0.
     crew : int, str or distributed.Client, optional
         Where to run: `workers` or `client` of `sweep`.
     store : path, optional

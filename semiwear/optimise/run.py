@@ -49,8 +49,8 @@ def optimise(
     scene : Scene
         It needs a table ``[wear]``. If its runs end at control depths, choose meshes or a life as the aim.
     vary : mapping
-        From dotted key to a range ``(low, high)``, or to a list of choices. A range of a field that takes whole
-        numbers, such as a number of teeth, stands for all of them.
+        From up to 12 dotted keys to a range ``(low, high)``, or to a list of choices. A range of a field that takes
+        whole numbers, such as a number of teeth, stands for all of them.
     minimise, maximise : str or sequence of str
         One or two variables of `/history` or `/life`, such as ``"wear_depth_max"``, with body and wear state in
         brackets, such as ``"root_stress_max[pinion, worst]"``. Without brackets: the worse of both bodies at the end

@@ -62,15 +62,16 @@ def scatter(
     distributions : mapping
         From dotted key to `Normal`, `LogNormal`, `Uniform` or `Triangular`, in the field's unit.
     samples : int
-        A power of two. Twice as many include the former ones; with a store only new ones are solved.
+        A power of two, up to 1048576; default 256. Twice as many include the former ones; with a store only new ones
+        are solved.
     seed : int
-        Random seed of the sequence's scrambling.
+        Random seed of the sequence's scrambling. Default 0.
     correlation : mapping, optional
         Rank correlations (Spearman) of pairs of fields, such as ``{("a", "b"): 0.5}``.
     sensitivity : bool
-        Whether to find Sobol' indices, which takes (number of fields + 2) times as many samples.
+        Whether to find Sobol' indices, which takes (number of fields + 2) times as many samples. Default: no.
     confidence : float
-        Of the intervals. Default 0.95.
+        Confidence level of the intervals. Default 0.95.
     emulate : float, optional
         Solve only some of the samples, and emulate the rest (extra ``infer``): greatest stated error of the emulator,
         within which 95 % of new samples lie, over a quantity's standard deviation. Further samples are solved, up to
