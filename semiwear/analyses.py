@@ -7,13 +7,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from semiwear import collect
+from semiwear.arrays import FloatArray
 from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
-from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.errors import SceneError
+from semiwear.errors import Collected, Problem, SceneError
 from semiwear.life import hours_per_mesh
 from semiwear.meshing.face_gear_pair import FaceGearMesh
-from semiwear.meshing.flank_pair import BODIES, DRIVEN
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
+from semiwear.meshing.roll_grid import given_roll_grid
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.plan import plan
 from semiwear.plan.choices import kernels_of
@@ -32,14 +33,20 @@ def tooth_contact_analysis(scene: Scene, placement: Placement | None = None) -> 
     ----------
     scene : Scene
     placement : Placement, optional
-        Rigid displacement of the pinion.
+        Rigid displacement of the pinion. Default: that of ``[effects.misalignment]``, else none.
 
     Returns
     -------
     Dataset
-        `path_of_contact` [mm, fixed frame], `transmission_error` [arcsec, gear side], `contact_ellipse_angle` [deg
-        off the pinion axis] and `principal_relative_curvature` [1/mm] over `roll_position`; `contact_ratio`,
-        `undercut_radius`, `pointing_radius` [mm].
+        Over `roll_position`: `path_of_contact` (roll_position, axis) [mm] in the fixed frame, `transmission_error`
+        [arcsec] of the gear, `contact_ellipse_angle` [deg] between the ellipse's long axis and the pinion's axis, and
+        `principal_relative_curvature` (roll_position, direction) [1/mm]; `contact_ratio` [1]; for a face gear pair
+        also `undercut_radius` and `pointing_radius` [mm] of the gear.
+
+    Raises
+    ------
+    SceneError
+        The flanks do not meet in this placement.
 
     Examples
     --------
@@ -90,7 +97,7 @@ def loaded_contact(
         the gear. A DataArray is taken by its labels: dimensions in any order, bodies by the coordinate `body`, slices
         by the coordinate `face`, where it has them. Default: unworn.
     placement : Placement, optional
-        Rigid displacement of the pinion.
+        As of `tooth_contact_analysis`.
     meshes : float
         Number of load cycles of a gear tooth, all under this contact, for which pitting and bending are rated.
         Default 0: the static safety, as at the beginning of a run.
@@ -104,8 +111,11 @@ def loaded_contact(
     Raises
     ------
     SceneError
-        `wear_depth` is of another shape, negative, not finite, or of a pinion that does not wear; `meshes` is
-        negative or not finite.
+        With all faults, before the teeth are computed: `wear_depth` is of another shape, negative, not finite, or of
+        a pinion that does not wear, or the slices of its coordinate `face` are uneven or off the flank; `meshes` is
+        negative or not finite; `roll_positions` are none or not finite. Later, where the flanks do not meet.
+    ConvergenceError
+        The loads cannot be solved; the message names the roll position and what to change.
 
     Examples
     --------
@@ -115,14 +125,25 @@ def loaded_contact(
     >>> print(f"{float(contact['engagement'].load_share.sum()):.6f}")
     1.000000
     """
+    problems: list[Problem] = []
     if not 0.0 <= meshes < np.inf:
-        raise SceneError.of("meshes", f"{meshes:g}", "a finite number >= 0", "leave it out for flanks that are new")
+        fix = "leave it out for flanks that are new"
+        problems.append(Problem("meshes", f"{meshes:g}", "a finite number >= 0", fix))
     physics = plan(scene)
+    face = worn = None
+    with Collected(problems):
+        face = _slices_of(wear_depth, physics.flank_pair().face_limits)
+    with Collected(problems):
+        worn = _worn(scene, wear_depth)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
+    with Collected(problems):
+        if given is not None:
+            given_roll_grid(0.0, 1, given)
+    if problems or worn is None:
+        raise SceneError(problems, "loaded_contact")
     compile_ahead(kernels_of(scene, wears=False), scene.numerics.threads)
     with using_threads(scene.numerics.threads):
-        teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
-        worn = _worn(teeth, wear_depth)
+        teeth = physics.loaded_teeth(placement, given, face)
         state = teeth.load(worn.driven, None, worn.driving)
         pressure = teeth.pressures(state)
     observed, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
@@ -144,11 +165,11 @@ def loaded_contact(
     return build_tree(stacks, coords, attrs)
 
 
-def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float, float]) -> np.ndarray | None:
+def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float, float]) -> FloatArray | None:
     """Face coordinates of a wear depth with labels [mm]; they must be evenly spaced, and on the flank."""
     if not isinstance(wear_depth, xr.DataArray) or "face" not in wear_depth.coords:
         return None
-    face = np.asarray(wear_depth["face"], float)
+    face = np.atleast_1d(np.asarray(wear_depth["face"], float))
     width = np.diff(face)
     fix = "use the wear_depth of a result, or leave the coordinate out"
     if face.size < 2 or width.min() <= 0.0 or np.ptp(width) > 1e-6 * width.mean():
@@ -159,29 +180,33 @@ def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float,
     return face
 
 
-def _worn(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> Worn:
+def _worn(scene: Scene, wear_depth: ArrayLike | xr.DataArray | None) -> Worn:
     """Wear of both flanks on their grids [mm], from a wear depth [um] in the result's layout."""
-    shape = teeth.grid.profile.shape
+    slices, points = scene.numerics.face_slices, scene.numerics.profile_points
     if wear_depth is None:
-        return Worn(np.zeros(shape))
+        return Worn(np.zeros((slices, points)))
+    if isinstance(wear_depth, xr.DataArray) and "face" in wear_depth.coords:
+        slices = wear_depth.sizes.get("face", slices)
     depth, bodies = _by_body(wear_depth)
-    if depth.ndim != 3 or depth.shape[1:] != shape[::-1] or not 0 < depth.shape[0] <= len(BODIES):
-        raise SceneError.of(
-            "wear_depth",
-            f"an array of shape {np.shape(wear_depth)}",
-            f"(profile, face) = {shape[::-1]}, or with both bodies in front",
-            "use the wear_depth of a result with the same numerics, at one wear step: .isel(wear_step=-1)",
-        )
+    problems: list[Problem] = []
+    fits = depth.ndim == 3 and depth.shape[1:] == (points, slices) and 0 < depth.shape[0] <= len(BODIES)
+    if not fits:
+        found = f"an array of shape {np.shape(wear_depth)}"
+        allowed = f"(profile, face) = {(points, slices)}, or with both bodies in front"
+        fix = "use the wear_depth of a result with the same numerics, at one wear step: .isel(wear_step=-1)"
+        problems.append(Problem("wear_depth", found, allowed, fix))
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
-        raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
-    known = {body: np.ascontiguousarray(1e-3 * own.T) for body, own in zip(bodies, depth, strict=True)}
-    driving, driven = (known.get(body, np.zeros(shape)) for body in BODIES)
-    if teeth.driving is not None:
-        return Worn(driven, driving)
-    if np.any(driving != 0.0):
+        problems.append(Problem("wear_depth", "negative or not finite", "finite numbers >= 0 [um]"))
+    known = dict(zip(bodies, depth, strict=True)) if fits else {}
+    driving_wears = scene.wear is not None and BODIES[DRIVING] in scene.wear.worn_bodies
+    if not driving_wears and np.any(known.get(BODIES[DRIVING], 0.0) != 0.0):
         fix = 'name "pinion" in wear.worn_bodies'
-        raise SceneError.of("wear_depth", "a worn pinion", "zero on a pinion that does not wear", fix)
-    return Worn(driven)
+        problems.append(Problem("wear_depth", "a worn pinion", "zero on a pinion that does not wear", fix))
+    if problems:
+        raise SceneError(problems)
+    unworn = np.zeros((points, slices))
+    driving, driven = (np.ascontiguousarray(1e-3 * known.get(body, unworn).T) for body in BODIES)
+    return Worn(driven, driving if driving_wears else None)
 
 
 def _by_body(wear_depth: ArrayLike | xr.DataArray) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -16,14 +16,14 @@ class SemiwearError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """A fault of a scene.
+    """A fault of a scene or of another input.
 
     Attributes
     ----------
     field : str
-        Dotted key, e.g. ``"gear_pair.module_mm"``.
+        Dotted key, e.g. ``"gear_pair.module_mm"``, or the name of an argument or an option.
     value : object
-        Value in the scene (``None`` when the field is missing).
+        Value found there (``None`` when it is missing).
     allowed : str
         The allowed range or choice, in words.
     fix : str
@@ -47,7 +47,13 @@ class Problem:
 
 
 class SceneError(SemiwearError, ValueError):
-    """A scene cannot be computed; `problems` lists every reason at once."""
+    """A scene or another input cannot be used.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        Every reason at once.
+    """
 
     def __init__(self, problems: Sequence[Problem], scene_name: str = "scene"):
         self.problems = tuple(problems)
@@ -81,7 +87,7 @@ class ConvergenceError(SemiwearError, RuntimeError):
     Attributes
     ----------
     result : DataTree or None
-        Finished part of a run of several steps.
+        Finished part of a run of several steps; None if no step was finished.
     """
 
     def __init__(self, message: str, result: DataTree | None = None):

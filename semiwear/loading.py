@@ -12,6 +12,11 @@ from semiwear.scene import load_scene as load_unchecked
 def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     """A scene by its shipped name or from a TOML file, checked: ranges and geometric limits together.
 
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name from `shipped_scenes`, or the path of a TOML file.
+
     Raises
     ------
     SceneError

@@ -160,6 +160,11 @@ def measured_load(
     speed : array_like (sample,), optional
         With an array of torques: pinion speed [rev/min], of either sign. Default: constant.
 
+    Returns
+    -------
+    MeasuredLoad
+        Its `spectrum` is the table ``[effects.load_spectrum]`` of a scene.
+
     Raises
     ------
     SceneError

@@ -20,7 +20,7 @@ from semiwear import collect
 from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.errors import ConvergenceError, SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, Problem, SceneError, SemiwearError
 from semiwear.html_text import html_table
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, table
@@ -31,6 +31,7 @@ from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.scene.mechanical_effects import RunLife
 from semiwear.scene.rating_tables import RatingTable
+from semiwear.scene.schema import schema_of_scene
 from semiwear.screen_ratings import FAILS, NEAR, nearness, step_to_end
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
@@ -226,7 +227,7 @@ def screen(
     Raises
     ------
     SceneError
-        If the threshold is not above 0.
+        With all faults: `threshold` or `speed_rpm` is not a finite number above 0.
     ConvergenceError
         If the scene itself cannot be solved; an effect that cannot is listed with the reason.
 
@@ -238,8 +239,14 @@ def screen(
     >>> "called for at 2 %" in str(found)
     True
     """
+    problems: list[Problem] = []
     if not 0.0 < threshold < np.inf:
-        raise SceneError.of("threshold", threshold, "a fraction above 0", "0.02 for 2 %")
+        problems.append(Problem("threshold", threshold, "a fraction above 0", "0.02 for 2 %"))
+    _, slow = schema_of_scene(scene).rules[_SPEED].apply("speed_rpm", speed_rpm)
+    if slow is not None:
+        problems.append(slow)
+    if problems:
+        raise SceneError(problems, "screen")
     compile_ahead(kernels_of(scene, wears=True), scene.numerics.threads)
     with using_threads(scene.numerics.threads):
         return _screening(scene, threshold, speed_rpm, progress or NoProgress())

@@ -113,13 +113,15 @@ def sensitivities(
         Along `quantity` and `field`: `derivative` in units of the quantity over that of the field, its `error`,
         `relative` (change of the quantity over that of the field, both relative), `kink` where slopes to either side
         differ, `doubtful` where there is a kink or the error is above 1 % of the derivative, unless both are below
-        1e-4 in `relative`; NaN, with its reason in `message` along `field`, where neither side can be solved. `runs`
-        along `field` says how many each took.
+        1e-4 in `relative`; NaN, with its reason in `message` along `field`, where neither side can be solved. Along
+        `quantity`: `value` in the scene and `units`. Along `field`: `field_value` in the scene, `step`, and `runs`,
+        the number of scenes solved for it.
 
     Raises
     ------
     SceneError
-        With all faults of the arguments, before anything runs.
+        With all faults of the arguments, before anything runs; after the scene's own run, if its result does not have
+        a quantity.
     SemiwearError
         The scene itself cannot be solved.
 
@@ -145,7 +147,7 @@ def sensitivities(
     1.0
     """
     problems: list[Problem] = []
-    names = [of] if isinstance(of, str) else list(of)
+    names = [of] if isinstance(of, str) or not isinstance(of, Sequence) else list(of)
     quantities = [found for name in names if (found := quantity_of("of", name, problems)) is not None]
     if not names:
         problems.append(Problem("of", "nothing", "one quantity or more", 'such as "wear_depth_max"'))

@@ -70,14 +70,16 @@ def simulate(
     Returns
     -------
     DataTree
-        Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`), and
-        `/life` for a scene with `[effects.run_life]`; `wear_step` 0 is unworn. The stored scene has the chosen
-        parameters.
+        Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`),
+        `/ratings` for a scene with tables of failure modes, and `/life` for one with `[effects.run_life]`;
+        `wear_step` 0 is unworn. The stored scene has the chosen parameters.
 
     Raises
     ------
     SceneError
-        If the scene has no wear, or `fidelity` is unknown.
+        If the scene has no wear, `fidelity` is unknown, or `resume` is given without `checkpoint`.
+    EndlessWearError
+        If the flanks wear no further before the depth of a life, or before a control depth; a `ConvergenceError`.
     ConvergenceError
         If a load or wear step cannot be solved, or the accuracy is not reached. The message names the place and what
         to change, and the error's `result` holds the results so far. If the scene gives all parameters itself, the

@@ -153,6 +153,11 @@ def check_geometry(scene: Scene | str | os.PathLike[str]) -> GeometryCheck:
     scene : Scene, or a scene's shipped name or file
         A scene given by name or file may break limits of its teeth; its fields must be within their ranges.
 
+    Returns
+    -------
+    GeometryCheck
+        Every limit with its value, printed as a table; `holds` is whether all are kept.
+
     Raises
     ------
     SceneError

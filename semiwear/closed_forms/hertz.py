@@ -19,9 +19,15 @@ def effective_modulus(
 ) -> float:
     """Effective modulus E* [MPa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson 1985, eq. 4.20).
 
+    Parameters
+    ----------
+    youngs_modulus_1, youngs_modulus_2 : float [MPa]
+        Of the two bodies; infinite for a rigid one.
+    poissons_ratio_1, poissons_ratio_2 : float
+
     Examples
     --------
-    >>> from semiwear.closed_forms import effective_modulus
+    >>> from semiwear.contact import effective_modulus
     >>> print(f"{effective_modulus(206e3, 0.3, 206e3, 0.3):.0f}")
     113187
     """
@@ -35,13 +41,13 @@ def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulu
     ----------
     line_load : array [N/mm]
     curvature : array [1/mm]
-        Relative curvature 1/R across the line.
+        Relative curvature 1/R across the line, above 0; it broadcasts with `line_load`.
     modulus : float [MPa]
         Effective modulus E*.
 
     Examples
     --------
-    >>> from semiwear.closed_forms import line_contact_half_width
+    >>> from semiwear.contact import line_contact_half_width
     >>> print(f"{line_contact_half_width(300.0, 0.1, 113e3):.4f}")
     0.1839
     """
@@ -51,9 +57,17 @@ def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulu
 def line_contact_pressure(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:
     """Greatest pressure p0 = sqrt(q E* / (pi R)) of a line contact [MPa] (Johnson 1985, eq. 4.45).
 
+    Parameters
+    ----------
+    line_load : array [N/mm]
+    curvature : array [1/mm]
+        Relative curvature 1/R across the line; it broadcasts with `line_load`.
+    modulus : float [MPa]
+        Effective modulus E*.
+
     Examples
     --------
-    >>> from semiwear.closed_forms import line_contact_pressure
+    >>> from semiwear.contact import line_contact_pressure
     >>> print(f"{line_contact_pressure(300.0, 0.1, 113e3):.0f}")
     1039
     """
@@ -67,8 +81,11 @@ class EllipticContact:
     Attributes
     ----------
     major_half_axis, minor_half_axis : float [mm]
+        Of the contact ellipse.
     peak_pressure : float [MPa]
+        In the middle of the ellipse.
     approach : float [mm]
+        How far points of the two bodies far from the contact approach each other.
     """
 
     major_half_axis: float
@@ -96,7 +113,7 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
 
     Examples
     --------
-    >>> from semiwear.closed_forms import elliptic_contact
+    >>> from semiwear.contact import elliptic_contact
     >>> found = elliptic_contact(1000.0, 0.05, 0.05, 115e3)  # a sphere of 20 mm radius
     >>> print(f"{found.major_half_axis:.4f} {found.minor_half_axis:.4f} {found.peak_pressure:.0f}")
     0.5071 0.5071 1856

@@ -66,20 +66,27 @@ def corner_stress(x: FloatArray, y: FloatArray, depth: float, poissons_ratio: fl
 def rectangle_stress(
     columns: int, rows: int, *, cell: tuple[float, float], depth: float, poissons_ratio: float
 ) -> FloatArray:
-    """Stress of a unit pressure on one cell, under the middles of the cells at and beyond it [MPa per MPa].
+    """Stress in a half-space under a unit pressure on one cell, below the middles of the cells at and beyond it.
 
     Parameters
     ----------
     columns, rows : int
         Cells in x and in y, the loaded one among them.
-    cell : (dx, dy) [mm]
+    cell : (float, float) [mm]
+        Sides dx, dy of a cell.
     depth : float [mm]
+        0 or more.
     poissons_ratio : float
 
     Returns
     -------
-    (6, columns, rows) array
-        In the order of `COMPONENTS`; the loaded cell is [:, 0, 0].
+    (6, columns, rows) array [MPa per MPa]
+        Components xx, yy, zz, xy, xz, yz at (i dx, j dy), z pointing into the body, tension positive; the loaded cell
+        is [:, 0, 0].
+
+    References
+    ----------
+    Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, *Contact Mechanics* (1985), sec. 3.2.
     """
     x = (np.arange(columns + 1, dtype=np.float64) - 0.5) * cell[0]
     y = (np.arange(rows + 1, dtype=np.float64) - 0.5) * cell[1]

@@ -28,9 +28,24 @@ _PER_LOG = (_TABLE_NODES - 1) / (_LOG_END - _LOG_START)
 
 
 def stripe_kernel(distance: FloatArray) -> FloatArray:
-    """Kernel pi E* b K(s) as a function of s/b [1].
+    """Displacement along a line contact of half-width b that a force on a short piece of it causes, times pi E* b.
 
-    By Carlson's integral, K(m) - E(m) = m/3 R_D(0, 1 - m, 1), which loses no digits far away.
+    The load is semi-elliptic across the line. At a distance s along it the displacement of its middle over the force
+    is K(s), the integral of the displacement under a point load (Johnson 1985, eq. 3.22a):
+
+        pi E* b K(s) = 4/pi sqrt(1 + t^2) [K(m) - E(m)],    t = s/b,    m = 1 / (1 + t^2)
+
+    with the complete elliptic integrals; far away it is 1/t. By Carlson's integral,
+    K(m) - E(m) = m/3 R_D(0, 1 - m, 1), which loses no digits there.
+
+    Parameters
+    ----------
+    distance : array
+        Distance over half-width, t = s/b, 0 or more; the kernel is infinite at 0.
+
+    Returns
+    -------
+    array [1]
     """
     t = np.asarray(distance, float)
     root = np.hypot(1.0, t)

@@ -53,7 +53,7 @@ class HalfSpaceContact:
     iterations : int
         On the grid itself; those on coarser grids are not counted.
     contact_cells : int
-        Cells under pressure: below some ten across, the grid is too coarse for the contact.
+        Number of cells under pressure. With fewer than some ten across the contact the grid is too coarse for it.
     edge_contact : bool
         There is pressure on the first or last row or column of the grid.
     mask_edge_contact : bool
@@ -100,20 +100,22 @@ def solve_half_space(
     effective_modulus : float [MPa]
         E* = 1 / ((1 - nu1^2)/E1 + (1 - nu2^2)/E2).
     load : float [N]
+        0 or more.
     approach : float [mm]
-        Exactly one of load and approach.
+        How far the bodies approach each other, from the zero of the gap. Give either this or the load.
     mask : (nx, ny) bool array, optional
-        True where the surfaces may touch; everywhere when missing.
+        True where the surfaces may touch. Default: everywhere.
     start : (nx, ny) array [MPa] or HalfSpaceContact, optional
         A pressure near the solution, e.g. of the position before (see `extrapolate`); negative values count as zero.
     tolerance : float
-        Relative L2 error of the pressure against the exact solution of the discrete problem.
+        Relative L2 error of the pressure against the exact solution of the discrete problem. Default 1e-7.
     max_iterations : int
+        On the grid itself. Default 200.
 
     Returns
     -------
     HalfSpaceContact
-        Look at `status`: it is judged from the certificate.
+        Its `status` states whether the tolerance was reached; no error is raised where it was not.
 
     Raises
     ------
@@ -202,7 +204,17 @@ def solve_half_space(
 
 
 def extrapolate(previous: HalfSpaceContact, before: HalfSpaceContact | None = None) -> FloatArray:
-    """Pressure to start the next position of a sweep from [MPa]: its square is linear through the last two.
+    """A pressure from which to start the next of a row of contacts, by its square, linear through the last two.
+
+    Parameters
+    ----------
+    previous, before : HalfSpaceContact
+        The last contact, and the one before it; without that, the pressure is the last one.
+
+    Returns
+    -------
+    (nx, ny) array [MPa]
+        For the argument `start` of `solve_half_space`.
 
     Raises
     ------

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from semiwear.errors import SceneError
+from semiwear.errors import Problem, SceneError
 from semiwear.export.nodes import chosen_step, flank_nodes
 from semiwear.export.surface import Surface, grid_of_quads
-from semiwear.meshing.flank_pair import BODIES
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.plain_text import one_of
 from semiwear.results import VARIABLES
 from semiwear.results.missing import group_of
@@ -79,11 +79,13 @@ def in_zone(tree: xr.DataTree, zone: str, body: str = "gear") -> xr.Dataset:
     zone : str
         ``"root"``, ``"pitch"`` or ``"addendum"``.
     body : str
+        ``"pinion"`` or ``"gear"`` (default).
 
     Returns
     -------
     Dataset
         Variables of the body in `/flank` over (wear_step, profile, face): ``in_zone(tree, "root").wear_depth.max()``.
+        `contact_pattern` is of the gear's flank only.
 
     Raises
     ------
@@ -92,8 +94,14 @@ def in_zone(tree: xr.DataTree, zone: str, body: str = "gear") -> xr.Dataset:
     """
     zones = VARIABLES["flank", "zone"].flags
     data = group_of(tree, "flank")
-    if body not in BODIES or zone not in zones:
-        name, value, allowed = ("body", body, BODIES) if body not in BODIES else ("zone", zone, zones)
-        raise SceneError.of(name, value, one_of(allowed))
+    problems = [
+        Problem(name, value, one_of(allowed))
+        for name, value, allowed in (("body", body, BODIES), ("zone", zone, zones))
+        if value not in allowed
+    ]
+    if problems:
+        raise SceneError(problems, "in_zone")
     of_body = data.sel(body=body)
+    if body != BODIES[DRIVEN]:
+        of_body = of_body.drop_vars("contact_pattern", errors="ignore")
     return of_body.where(of_body["zone"] == zones.index(zone))

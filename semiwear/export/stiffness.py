@@ -45,12 +45,16 @@ _ABOUT = {
 def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
     """Mesh stiffness and transmission error over mesh position and wear step.
 
+    `mesh_stiffness` is the normal force over the approach that it causes, the unloaded less the loaded transmission
+    error along the line of action; ``_local``, the derivative of the force by the approach at the scene's torque, is
+    for small vibrations about it.
+
     Parameters
     ----------
     tree : DataTree
         A result of `simulate`; without `local` also one of `loaded_contact`, finite elements included.
     local : bool
-        Whether to add the local stiffness, which needs two more solutions of every wear step.
+        Whether to add the local stiffness, which needs two more solutions of every wear step. Default: yes.
 
     Returns
     -------
@@ -64,6 +68,10 @@ def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
     ------
     SceneError
         For a result without transmission error, or without the wear depths that a local stiffness needs.
+
+    References
+    ----------
+    ISO 6336-1:2019; Kahraman and Singh, J. Sound Vib. 142 (1990) 49-75.
     """
     cycle = group_of(tree, "mesh_cycle")
     if "transmission_error_loaded" not in cycle:
@@ -110,6 +118,11 @@ def stiffness_over_angle(
         Default: the last.
     of : str
         Another of its variables, such as ``"torsional_mesh_stiffness"`` or ``"transmission_error_unloaded"``.
+
+    Returns
+    -------
+    callable
+        From rotations of the pinion [rad], 0 at mesh position 0, to an array of values in the variable's unit.
 
     Raises
     ------

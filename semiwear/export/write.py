@@ -80,7 +80,7 @@ def export(
     Raises
     ------
     SceneError
-        For another ending, an unknown body, part, table, wear step or roll position.
+        For another ending, an unknown body, part, table, wear step or roll position, or an exaggeration not above 0.
     MissingExtraError
         With the name of the extra to install.
     """

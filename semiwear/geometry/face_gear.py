@@ -114,7 +114,7 @@ class FaceGearTooth:
 
     @property
     def crest_half_width(self) -> float:
-        """Half the width of the land on the shaper's crest, at its rounding's centre [mm]; < 0: too round."""
+        """Half the width of the flat land on the shaper's crest [mm]; negative if the rounding has no room there."""
         return -self._rounding[0]
 
     # profile coordinate: arc length of the shaper's involute from its pitch circle, positive towards the gear's tip
@@ -134,7 +134,7 @@ class FaceGearTooth:
         return float(self.profile_from_roll(self.form_roll_angle))
 
     def generation_angle(self, radius: FloatArray, profile: FloatArray) -> FloatArray:
-        """Angle beta = roll + phase + generation angle at which a flank point is generated [rad].
+        """Angle beta at which a flank point is generated: roll angle + `flank_phase` + rotation of the shaper [rad].
 
         Parameters
         ----------
@@ -220,10 +220,17 @@ class FaceGearTooth:
         return radius * (pi / self.gear_teeth + atan2(point[0], point[2]))
 
     def surface_element(self, sine: Number, cosine: Number, roll: float) -> Number:
-        """Normal component of the surface element; it changes sign where the flank is singular (undercut).
+        """Normal component of the surface element [mm^2]; it changes sign where the flank is singular (undercut).
 
-        Litvin and Fuentes 2004, section 18.6: the cross product of the tangents along roll and generation angle, by
-        sine and cosine of the latter.
+        Cross product of the tangents along the roll angle and along the generation angle, times the normal (Litvin
+        and Fuentes 2004, section 18.6).
+
+        Parameters
+        ----------
+        sine, cosine : float or array
+            Of the angle beta of `generation_angle`.
+        roll : float
+            Roll angle of the shaper [rad].
         """
         base, ratio = self.shaper_base_radius, self.ratio
         x = base * (sine - roll * cosine)
@@ -250,13 +257,14 @@ class FaceGearTooth:
     def undercut_radius(self) -> float:
         """Gear radius inside which a shaper with its involute carried to the crest undercuts the tooth [mm].
 
-        Of the singular points at the crest's roll angle the outermost one on the tooth counts.
+        Of the singular points at the crest's roll angle the outermost one on the tooth counts. Without any it is the
+        least radius at which there is a flank.
         """
         radii = self.singular_radii(self.crest_roll_angle)
         return max(radii) if radii else self.shaper_base_radius / self.ratio
 
     def pointing_radius(self) -> float:
-        """Gear radius at which the two flanks of a tooth meet in the tip plane [mm]."""
+        """Gear radius at which the two flanks of a tooth meet in the tip plane [mm], at least the pitch radius."""
         inner, outer = self.pitch_radius, self.pitch_radius
         while self.half_thickness(outer, self.gear_addendum) > 0.0 and outer < 4.0 * self.pitch_radius:
             outer += 0.02 * self.pitch_radius
@@ -287,7 +295,10 @@ class FaceGearTooth:
         return np.column_stack([x * c + z * s, y, -x * s + z * c])
 
     def section(self, radius: float, flank_points: int = 81) -> ToothSection:
-        """Section of a tooth on the developed cylinder of a gear radius, with fillet and rim."""
+        """Section of a tooth on the developed cylinder of a gear radius [mm], with fillet and rim.
+
+        `flank_points` is the number of points of the flank, from tip to root.
+        """
         tip = float(self.tip_profile(np.array([radius]))[0])
         profile = np.linspace(tip, self.root_profile, flank_points)
         points, _ = self.points(np.full(flank_points, radius), profile)

@@ -16,7 +16,7 @@ from semiwear.geometry.section import RingRim, ToothSection
 
 
 def involute_function(angle: float) -> float:
-    """Involute function inv(angle) = tan(angle) - angle [rad] (ISO 21771, 4.2.3).
+    """Involute function inv(angle) = tan(angle) - angle [rad], of an angle in rad (ISO 21771, 4.2.3).
 
     Examples
     --------
@@ -44,7 +44,7 @@ def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, Fl
     Returns
     -------
     radius, polar_angle : arrays [mm], [rad]
-        The angle counts from the radius to the involute's origin.
+        Like `roll_angle`; the polar angle is 0 at the involute's origin on the base circle.
     """
     return base_radius * np.sqrt(1.0 + np.square(roll_angle)), roll_angle - np.arctan(roll_angle)
 
@@ -144,7 +144,7 @@ class InvoluteTooth:
         return 0.5 * self.base_radius * (np.asarray(roll_angle) ** 2 - tan(self.pressure_angle) ** 2)
 
     def roll_from_profile(self, profile: FloatArray) -> FloatArray:
-        """Roll angle of the involute at a profile coordinate [rad]; the inverse of `profile_from_roll`."""
+        """Roll angle of the involute at a profile coordinate [rad]; NaN for one below the base circle."""
         return np.sqrt(2.0 * np.asarray(profile) / self.base_radius + tan(self.pressure_angle) ** 2)
 
     def polar_angle(self, roll_angle: FloatArray) -> FloatArray:
@@ -184,7 +184,10 @@ class InvoluteTooth:
         return np.column_stack([radius * np.sin(angle), radius * np.cos(angle)])
 
     def section(self, flank_points: int = 81) -> ToothSection:
-        """Transverse section of the tooth with its fillet on the whole ring."""
+        """Transverse section of the tooth with its fillet, on the whole ring.
+
+        `flank_points` is the number of points of the flank, from tip to root.
+        """
         profile = np.linspace(
             self.profile_from_roll(np.array(self.tip_roll_angle)),
             self.profile_from_roll(np.array(max(self.form_roll_angle, 0.0))),
@@ -199,5 +202,5 @@ class InvoluteTooth:
 
     @property
     def tip_half_thickness(self) -> float:
-        """Half the tooth thickness at the tip circle, as an arc [mm]; negative when the tooth is over-pointed."""
+        """Half the tooth thickness at the tip circle, as an arc [mm]; negative beyond the pointed tip."""
         return -float(self.polar_angle(np.array(self.tip_roll_angle))) * self.tip_radius

@@ -106,7 +106,7 @@ def run_inference(
     options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
     with Collected(problems):
         _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
-    if problems:
+    if problems or read.scene is None:
         problems += _further_problems(read, unknown, given, options)
         raise SceneError(problems, study)
     if report is not None:
@@ -194,7 +194,7 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
 def _life_problems(read: Study, depth: Value, body: Value) -> list[Problem]:
     """Problems with a life until a depth [um] of a body, by the rules of [effects.run_life]."""
     table = "effects.run_life"
-    if read.scene.wear is None:
+    if read.scene is None or read.scene.wear is None:
         return []  # reported with the scene
     try:
         read.scene.replace({table: {"depth_limit_um": depth, "body": body}, "numerics.accuracy": None}).to_dict()

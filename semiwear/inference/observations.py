@@ -41,10 +41,12 @@ class WornFlank:
     measured : measurement
         As for `calibrate`: a file or array of points, deviations, or a dataset of `register` or `measured_wear`.
     meshes : float, optional
-        Engagements of one gear tooth that it has run; ``wear.until.meshes`` unless given.
+        Engagements of one gear tooth that it has run. Default: those at which the scene's run ends, if it ends at
+        meshes or hours.
     body : str
+        ``"pinion"`` or ``"gear"`` (default), a body that wears in the scene.
     before : measurement, optional
-        The same flank before it was worn; nominal unless given.
+        The same flank before it was worn. Default: the nominal one.
     datum : sequence of str
         Motions of the measured tooth that its measurement leaves open: they are treated as unknown, and integrated
         over. Of ``"rotation"`` and ``"axial"`` (about the body's axis and along it; the default), ``"radial"``,
@@ -65,9 +67,9 @@ class WearAtPoints:
     Attributes
     ----------
     face_mm, height_mm : array_like
-        Coordinate along the face, as `face` of a result, and height above the pitch surface.
+        Coordinate along the face, as `face` of a result, and height above the pitch surface [mm].
     depth_um, error_um : array_like
-        Wear depth, and its standard uncertainty (one for all, or one each).
+        Wear depth, and its standard uncertainty (one for all, or one each) [um].
     meshes, body
         As of `WornFlank`.
     """
@@ -89,9 +91,9 @@ class TransmissionErrorCurve:
     mesh_position : array_like
         Phase in the mesh cycle, 0 to 1, as in a result: 0 where the contact passes the pitch point.
     error_arcsec : array_like
-        Transmission error of the gear, positive when it leads.
+        Transmission error of the gear, positive when it leads [arcsec].
     uncertainty_arcsec : array_like
-        Standard uncertainty, one for all or one each.
+        Standard uncertainty [arcsec], one for all or one each.
     meshes : float, optional
         As of `WornFlank`; 0 for an unworn pair.
     """
@@ -104,14 +106,14 @@ class TransmissionErrorCurve:
 
 @dataclass(frozen=True)
 class Reading:
-    """A measured number, of any variable of `/history`.
+    """A measured value of a variable of `/history`.
 
     Attributes
     ----------
     quantity : str
         As in `optimise`: ``"transmission_error_amplitude"``, ``"wear_depth_max[pinion]"``.
     value, error : float
-        In its unit, with its standard uncertainty.
+        The value and its standard uncertainty, in the unit of the variable.
     meshes : float, optional
         As of `WornFlank`; 0 for an unworn pair.
     """

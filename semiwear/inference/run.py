@@ -78,7 +78,7 @@ def infer(
         Greatest standard deviation of an unknown by the emulator's error alone, as a fraction of its posterior
         standard deviation. The posterior includes that error in any case. Default 0.3.
     seed : int
-        Random seed of runs and draws.
+        Random seed of runs and draws. Default 0.
     crew : int, str or distributed.Client, optional
         Where to run: `workers` or `client` of `sweep`.
     store : path, optional
@@ -152,7 +152,7 @@ class Plan:
 
 
 def plan_inference(
-    scene: Scene,
+    scene: Scene | None,
     unknown: Mapping[str, Distribution],
     observed: Observation | Sequence[Observation],
     *,
@@ -165,32 +165,36 @@ def plan_inference(
     Raises
     ------
     SceneError
-        With all faults.
+        With all faults; without a scene, those that can be found without it.
     """
     problems: list[Problem] = []
+    keys = unknown if isinstance(unknown, Mapping) else ()
     if runs is not None and (not is_whole(runs) or not _LEAST_RUNS <= runs <= 4096):
         problems.append(Problem("runs", shown(runs), f"a whole number, {_LEAST_RUNS} to 4096", "leave it out"))
     if not is_number(emulator_share) or not 0.0 < emulator_share <= _MOST_SHARE:
         problems.append(
             Problem("emulator_share", shown(emulator_share), f"above 0, up to {_MOST_SHARE:g}", "0.3 is usual")
         )
+    problems += [_of_the_run(key) for key in keys if isinstance(key, str) and key.startswith(_OF_THE_RUN)]
+    sampling = Sampling(64, seed)
+    if scene is None:
+        raise SceneError([*problems, *sampling.problems()], "infer")
+    priors: dict[str, Distribution] = {}
+    with Collected(problems):
+        draw(scene, unknown, sampling)
+        read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
+        priors = {key: prior for key, prior in read.items() if prior is not None}
     wear = scene.wear
-    if wear is None:
+    if wear is None:  # measured wear cannot be read without a body that wears
         fix = "give wear.coefficient_mm2_per_N, a first guess"
         raise SceneError([*problems, Problem("wear", None, "a table [wear]", fix)], "infer")
     coefficient = wear.coefficient_mm2_per_N
-    if COEFFICIENT in (unknown or ()) and not isinstance(coefficient, float | int):
+    if COEFFICIENT in keys and not isinstance(coefficient, float | int):
         allowed = "one number for both bodies, where it is unknown"
         problems.append(Problem(COEFFICIENT, shown(coefficient), allowed, "name one wear.worn_bodies"))
-    problems += [_of_the_run(key) for key in unknown or () if isinstance(key, str) and key.startswith(_OF_THE_RUN)]
-    if wear.until.hours is not None and _SPEED in (unknown or ()):
+    if wear.until.hours is not None and _SPEED in keys:
         problems += _without_meshes(observed)
     channels: list[Channel] = []
-    priors: dict[str, Distribution] = {}
-    with Collected(problems):
-        draw(scene, unknown, Sampling(64, seed))
-        read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
-        priors = {key: prior for key, prior in read.items() if prior is not None}
     with Collected(problems):
         channels = channels_of(scene, observed)
     if problems:

@@ -53,8 +53,9 @@ def compare_wear(
     -------
     Dataset
         `predicted`, `wear_depth` (measured, less the datum's part) and `difference`, predicted minus measured [um]
-        over (profile, face); `difference_max` and `difference_rms` [um]; `correlation`; `scale`, measured over
-        predicted wear by least squares (fitted together with the datum): above 1 the part wore more.
+        over (profile, face); `difference_max`, the greatest one with its sign, and `difference_rms` [um];
+        `correlation`; `scale`, measured over predicted wear by least squares (fitted together with the datum): above
+        1 the part wore more.
 
     Raises
     ------

@@ -61,12 +61,20 @@ def flank_from_points(
         the border of the worn zone: for a spur flank with 6 um of wear, k is 1 % low with 61 x 61, 3 % with 31 x 31,
         10 % with 21 x 21.
     within_mm : float
+        Distance from the nominal flank up to which points count [mm]. Default 0.5.
+
+    Returns
+    -------
+    PointGrid
+        `points` (rows, columns, 3) [mm] in the body's own frame, and which of them count.
 
     Raises
     ------
     SceneError
         For too few points, points in other units or of another part, a cloud that does not cover the flank, or a grid
         finer than its points.
+    MissingExtraError
+        The file holds a mesh, and meshio is missing; install the extra ``view``.
     """
     if len(shape) != 2 or min(shape) < _CELLS:
         raise SceneError.of("shape", shape, f"two whole numbers, {_CELLS} or more", "61 x 61 is usual")

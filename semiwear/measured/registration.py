@@ -173,9 +173,9 @@ def register(
     -------
     Dataset
         `deviation` [um] over (profile, face), positive for material in excess; positions of the points
-        (`flank_profile`, `flank_face`, `flank_height`, `flank_radius`, `inside`); the fitted datum: `rotation`
-        [arcsec] and `axial` [mm], with standard uncertainties (``_uncertainty``) that account for the correlation of
-        neighbours (`semiwear.measured.correlated`); `residual_rms` [um].
+        (`flank_profile`, `flank_face`, `flank_height`, `flank_radius`, `inside`) and their `weight` in the fit; the
+        fitted motions, such as `rotation` [arcsec] and `axial` [mm], with standard uncertainties (``_uncertainty``)
+        that account for the correlation of neighbours (`semiwear.measured.correlated`); `residual_rms` [um].
 
     Raises
     ------

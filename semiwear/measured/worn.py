@@ -60,7 +60,7 @@ def measured_wear(
     ----------
     scene : Scene
     after : path, (P, F, 3) array [mm], PointGrid, DeviationGrid or Dataset
-        Worn flank; a Dataset is that of `register`.
+        Worn flank; a Dataset is that of `register`, or one of this function, taken as it is.
     before : the same, optional
         Unworn flank of the same tooth. Without it the unworn flank is assumed to be nominal, with the modifications
         of the scene; form errors of the new tooth then count as wear.

@@ -91,7 +91,7 @@ def run_optimise(
     }
     with Collected(problems):
         require_apart(outputs, read.inputs)
-    if problems:
+    if problems or read.scene is None:
         raise SceneError(problems, study)
     try:
         best = optimise(read.scene, vary, **options, workers=workers, progress=progress)

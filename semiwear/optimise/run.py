@@ -49,8 +49,8 @@ def optimise(
     scene : Scene
         It needs a table ``[wear]``. If its runs end at control depths, choose meshes or a life as the aim.
     vary : mapping
-        From dotted key to a range ``(low, high)``, or to a list of choices. A range of a field that takes whole
-        numbers, such as a number of teeth, stands for all of them.
+        From up to 12 dotted keys to a range ``(low, high)``, or to a list of choices. A range of a field that takes
+        whole numbers, such as a number of teeth, stands for all of them.
     minimise, maximise : str or sequence of str
         One or two variables of `/history` or `/life`, such as ``"wear_depth_max"``, with body and wear state in
         brackets, such as ``"root_stress_max[pinion, worst]"``. Without brackets: the worse of both bodies at the end
@@ -121,7 +121,7 @@ class Search:
 
 
 def plan_search(
-    scene: Scene,
+    scene: Scene | None,
     vary: object,
     minimise: object = None,
     maximise: object = None,
@@ -134,22 +134,24 @@ def plan_search(
     Raises
     ------
     SceneError
-        With all problems.
+        With all problems; without a scene, those that can be found without it.
     """
     problems: list[Problem] = []
     space = None
-    with Collected(problems):
-        space = space_of(scene, vary)
-        if len(space.fields) > _MOST_FIELDS:
-            fix = "vary those that `screen` or a sweep calls for"
-            problems.append(Problem("vary", len(space.fields), f"at most {_MOST_FIELDS} fields", fix))
+    if scene is not None:
+        with Collected(problems):
+            space = space_of(scene, vary)
+            if len(space.fields) > _MOST_FIELDS:
+                fix = "vary those that `screen` or a sweep calls for"
+                problems.append(Problem("vary", len(space.fields), f"at most {_MOST_FIELDS} fields", fix))
     aims = _aims(minimise, maximise, problems)
     limits = limits_of(subject_to, problems)
     judged = [("minimise" if aim.minimise else "maximise", aim.quantity) for aim in aims]
     judged += [(f"subject_to.{limit.quantity.text}", limit.quantity) for limit in limits]
-    for field, quantity in judged:
-        problems += unmet_needs(field, quantity, scene, vary if isinstance(vary, Mapping) else ())
-    problems += wear_problems(scene)
+    if scene is not None:
+        for field, quantity in judged:
+            problems += unmet_needs(field, quantity, scene, vary if isinstance(vary, Mapping) else ())
+        problems += wear_problems(scene)
     count = _COUNT + _COUNT_PER_FIELD * (0 if space is None else len(space.fields)) if most is None else most
     if not is_whole(count) or count < 1:
         problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))

@@ -96,7 +96,7 @@ def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) 
 
     Thick lines: away from borders. Dotted lines: at an edge, where its pressure is higher than on the flank; that
     value depends on the edge's rounding and on the mesh. Hatched: roll positions where only edges carry load at a
-    wear step that is drawn. Parameters and return value as in `sliding_along_path`.
+    wear step that is drawn. Parameters and return value as in `root_stress_history`, of a result with `/engagement`.
     """
     pressure = need(tree, "engagement", "contact_pressure_max")
     (ax,) = axes_for(ax)
@@ -150,7 +150,7 @@ def _hatch(ax: Axes, roll: np.ndarray, edges_only: np.ndarray) -> None:
 def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Loaded transmission error over one mesh cycle, one curve per wear step.
 
-    Parameters and return value as in `sliding_along_path`.
+    Parameters and return value as in `root_stress_history`, of a result with `/mesh_cycle`.
     """
     error = need(tree, "mesh_cycle", "transmission_error_loaded")
     (ax,) = axes_for(ax)

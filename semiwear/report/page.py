@@ -76,7 +76,8 @@ def write_report(
     MissingExtraError
         matplotlib is missing; install the extra ``plot``.
     SemiwearError
-        A tree is not a result of semiwear, the two have different flank grids, or the path is no HTML file's.
+        A tree is not a result of semiwear, the two have different flank grids, the path is no HTML file's, or `over`
+        is unknown or needs a speed that the scene does not give.
     OSError
         The file cannot be written.
     """

@@ -56,13 +56,15 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     SceneError
         With all faults of the fields.
     """
-    given = study.tables
+    given, problems = study.tables, list[Problem]()
     if "scatter" not in given:
-        lost = [Problem(name, shown(value), "beside a table [scatter]", "add it") for name, value in given.items()]
-        if lost:
-            raise SceneError(lost, str(study.path))
-        return prepare_sweep(study, workers)
-    problems: list[Problem] = []
+        allowed, varied = "beside a table [scatter]", None
+        problems += [Problem(name, shown(value), allowed, "add it") for name, value in given.items()]
+        with Collected(problems):
+            varied = prepare_sweep(study, workers)
+        if problems or varied is None:
+            raise SceneError(problems, str(study.path))
+        return varied
     if study.vary:
         problems.append(Problem("vary", "beside [scatter]", "one of the two", "make two studies of it"))
     for name in ("wear_states", "combine"):

@@ -62,15 +62,16 @@ def scatter(
     distributions : mapping
         From dotted key to `Normal`, `LogNormal`, `Uniform` or `Triangular`, in the field's unit.
     samples : int
-        A power of two. Twice as many include the former ones; with a store only new ones are solved.
+        A power of two, up to 1048576; default 256. Twice as many include the former ones; with a store only new ones
+        are solved.
     seed : int
-        Random seed of the sequence's scrambling.
+        Random seed of the sequence's scrambling. Default 0.
     correlation : mapping, optional
         Rank correlations (Spearman) of pairs of fields, such as ``{("a", "b"): 0.5}``.
     sensitivity : bool
-        Whether to find Sobol' indices, which takes (number of fields + 2) times as many samples.
+        Whether to find Sobol' indices, which takes (number of fields + 2) times as many samples. Default: no.
     confidence : float
-        Of the intervals. Default 0.95.
+        Confidence level of the intervals. Default 0.95.
     emulate : float, optional
         Solve only some of the samples, and emulate the rest (extra ``infer``): greatest stated error of the emulator,
         within which 95 % of new samples lie, over a quantity's standard deviation. Further samples are solved, up to
@@ -210,7 +211,7 @@ class ScatterJob:
 
 
 def read_scatter(
-    scene: Scene,
+    scene: Scene | None,
     distributions: Mapping[str, Distribution],
     sampling: Sampling,
     *,
@@ -222,18 +223,22 @@ def read_scatter(
     Raises
     ------
     SceneError
-        With all faults.
+        With all faults; without a scene, those that can be found without it.
     MissingExtraError
         Emulation is requested without scikit-learn.
     """
     problems: list[Problem] = []
     drawn = None
-    with Collected(problems):
-        drawn = draw(scene, distributions, sampling)
+    if scene is None:
+        problems += sampling.problems()
+    else:
+        with Collected(problems):
+            drawn = draw(scene, distributions, sampling)
+        problems += wear_problems(scene)
     with Collected(problems):
         measure_of(measure, "last")
-    problems += [*workers_of(*crew)[1], *wear_problems(scene)]
-    if problems or drawn is None:
+    problems += workers_of(*crew)[1]
+    if problems or scene is None or drawn is None:
         raise SceneError(problems, "scatter")
     fields, count = tuple(distributions), len(drawn.values)
     if sampling.emulate is not None:
@@ -258,11 +263,11 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
     SceneError
         With all faults of distributions and sampling, including values out of a field's range.
     """
+    problems = sampling.problems()
     if not isinstance(distributions, Mapping) or not distributions:
         allowed = "a mapping from dotted keys to distributions"
         fix = 'give e.g. {"operation.pinion_torque_Nm": Normal(1600, 80)}'
-        raise SceneError.of("distributions", shown(distributions), allowed, fix)
-    problems = sampling.problems()
+        raise SceneError([*problems, Problem("distributions", shown(distributions), allowed, fix)], "scatter")
     schema = schema_of_scene(scene)
     read: dict[str, Distribution | None] = {}
     for key in distributions:

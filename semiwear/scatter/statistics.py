@@ -42,7 +42,7 @@ class Scatter:
     paired : bool
         Whether there are samples for Sobol' indices: a second set, and a further one for each field.
     confidence : float
-        Of all intervals.
+        Confidence level of all intervals.
     errors : mapping of str to float
         Stated error of every quantity whose samples are emulated in part; intervals are wider by it.
     """
@@ -86,6 +86,8 @@ class Scatter:
         ------
         SceneError
             For a fraction not between 0 and 1.
+        SemiwearError
+            As of `values`.
         """
         if not 0.0 < share < 1.0:
             raise SceneError.of("share", shown(share), "above 0 and below 1", "0.1 for the life B10")
@@ -101,16 +103,22 @@ class Scatter:
 
         For `meshes_to_limit` it is the probability of reaching the depth of ``[effects.run_life]`` before this number
         of meshes; for `meshes` in a run to control depths that of the last depth.
+
+        Raises
+        ------
+        SemiwearError
+            As of `values`.
         """
         values, error = self.values(name), self.errors.get(name, 0.0)
         ends = [probability(values < bound, self.confidence) for bound in (below - error, below, below + error)]
         return Estimate(ends[1].value, ends[0].low, ends[2].high)
 
     def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
-        """Probability that the life, or else the run, ends before numbers of meshes, over `before_meshes`.
+        """Probability that the life, or else the run, ends before numbers of meshes.
 
-        The end is the first failure if lives end at it, the depth of ``[effects.run_life]`` if other lives were
-        measured, else the run's end; NaN if every sample failed.
+        `probability`, `probability_low` and `probability_high` over `before_meshes`. The end is the first failure if
+        lives end at it, the depth of ``[effects.run_life]`` if other lives were measured, else the run's end; NaN if
+        every sample failed.
         """
         name = next((name for name in _ENDS if name in self.quantities), "meshes")
         missing = Estimate(np.nan, np.nan, np.nan)  # if every sample failed
@@ -123,7 +131,10 @@ class Scatter:
         return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
 
     def quantiles(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
-        """Quantiles of every quantity with their intervals: `value`, `low` and `high` over quantity and share."""
+        """Quantiles of every quantity with their intervals: `value`, `low` and `high` over quantity and share.
+
+        `shares` are the fractions below the quantiles, as of `quantile`.
+        """
         names = list(self.quantities)
         found = [[self.quantile(name, share) for share in shares] for name in names]
         dims = ("quantity", "share")
@@ -148,7 +159,7 @@ class Scatter:
         return [n for k in range(self.count.bit_length()) if (n := self.count >> k) >= _LEAST][::-1] or [self.count]
 
     def convergence(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
-        """Quantiles from ever more samples: `value`, `low` and `high` over quantity, share and samples drawn."""
+        """Quantiles from ever more samples: `value`, `low` and `high` over quantity, share and `samples_drawn`."""
         drawn = self.drawn
         names = list(self.quantities)
         found = np.full((len(names), len(shares), len(drawn), len(_PARTS)), np.nan)

@@ -14,10 +14,10 @@ class Placement:
 
     Translations are along the axes of the fixed frame, rotations about axes through the pitch point. For a face gear
     pair the origin is the intersection of the gear's axis, y, and the shaper's, z; the gear's teeth point to +y, and
-    the pinion's axis is parallel to z, half the module times the difference of both numbers of teeth towards -y. For
-    a cylindrical pair both axes are along z, and the gear lies below the pinion, towards -y: a motion along +y
-    increases the centre distance of an external pair, the shaft angle error inclines the axes in their common plane,
-    and the slope inclines them out of that plane.
+    the pinion's axis is parallel to z, displaced towards -y by half the module times the difference of the shaper's
+    and the pinion's numbers of teeth. For a cylindrical pair both axes are along z, and the gear lies below the
+    pinion, towards -y: a motion along +y increases the centre distance of an external pair, the shaft angle error
+    inclines the axes in their common plane, and the slope inclines them out of that plane.
 
     Attributes
     ----------

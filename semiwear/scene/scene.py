@@ -48,8 +48,8 @@ class Scene(SceneTables):
         changes : mapping
             From dotted key, e.g. ``"operation.pinion_torque_Nm"``, to the new value. None removes a field
             (back to its default) or a table. An empty mapping adds an effect with its defaults:
-            ``{"effects.friction": {}}``. Setting one of ``wear.until.meshes`` and
-            ``wear.until.control_depths_um`` removes the other. Derived defaults are computed anew.
+            ``{"effects.friction": {}}``. Setting one of ``wear.until.meshes``, ``wear.until.hours`` and
+            ``wear.until.control_depths_um`` removes the others. Derived defaults are computed anew.
 
         Raises
         ------

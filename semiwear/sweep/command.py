@@ -98,10 +98,18 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
     SceneError
         With all faults of the fields.
     """
+    problems: list[Problem] = []
+    job = None
     if not study.vary:
+        allowed = "a table [vary] of fields with their values, or [scatter]"
         fix = "write, e.g., operation.pinion_torque_Nm = [800, 1600] under the header [vary]"
-        raise SceneError.of("vary", "nothing", "a table [vary] of fields with their values, or [scatter]", fix)
-    job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
+        problems.append(Problem("vary", "nothing", allowed, fix))
+    try:
+        job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
+    except SceneError as error:
+        problems += [problem for problem in error.problems if study.vary or problem.field != "vary"]
+    if job is None:
+        raise SceneError(problems, str(study.path))
 
     def ended(solve: Callable[[Job], xr.Dataset]) -> Ended:
         found = solve(job)

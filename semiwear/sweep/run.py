@@ -23,7 +23,7 @@ from semiwear.sweep.outcome import Outcome
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Member, Task, gather
 from semiwear.sweep.store import Store, open_store
-from semiwear.sweep.variation import Variation, read_variation
+from semiwear.sweep.variation import Variation, combine_problems, read_variation
 from semiwear.threads import available_threads
 
 if TYPE_CHECKING:
@@ -64,9 +64,9 @@ def sweep(
         Groups and variables of a result that are kept, such as ``["history", "wear_depth"]``. Default: the quantities
         of ``/history``, and ``/life`` if the scene has ``[effects.run_life]``.
     wear_states : str
-        ``"all"``: along `wear_step`, unworn first. ``"last"``: at the end of each run.
+        ``"all"`` (default): along `wear_step`, unworn first. ``"last"``: at the end of each run.
     combine : str
-        For a mapping: ``"grid"`` for all combinations, ``"zip"`` for lists of equal length side by side.
+        For a mapping: ``"grid"`` (default) for all combinations, ``"zip"`` for lists of equal length side by side.
     workers : int or str, optional
         Processes on this machine, each on one thread unless the scene gives `numerics.threads`; 0 or ``"none"``: in
         this process. Default: one per core.
@@ -82,12 +82,12 @@ def sweep(
     -------
     Dataset
         Along a dimension for each field, named by the last part of its key, or along `sample`. Variables are named as
-        in a result. `status` states whether each scene is done, refused (its combination is illegal), failed,
-        lost (its process died twice) or endless (it wears no further before the depth of its life, which is infinite
-        then, or, with ``wear_states="last"``, before its last control depth), `message` why, `seconds` how long it
-        took. Values of scenes that failed are NaN, except for the finished wear states of a run that stopped midway,
-        of which `last_wear_step` is the last (with ``wear_states="last"`` there are none). All but `seconds` are
-        bitwise equal for any order and place of the solutions, on one kind of processor.
+        in a result. `status` states whether each scene is done (0), refused (1: its combination is illegal), failed
+        (2), lost (3: its process died twice) or endless (4: it wears no further before the depth of its life, which
+        is infinite then, or, with ``wear_states="last"``, before its last control depth), `message` why, `seconds`
+        how long it took. Values of scenes that failed are NaN, except for the finished wear states of a run that
+        stopped midway, of which `last_wear_step` is the last (with ``wear_states="last"`` there are none). All but
+        `seconds` are bitwise equal for any order and place of the solutions, on one kind of processor.
 
     Raises
     ------
@@ -142,7 +142,7 @@ class Job:
 
 
 def read_job(
-    scene: Scene,
+    scene: Scene | None,
     vary: Mapping[str, Sequence[object]] | DataFrame,
     *,
     measure: str | Sequence[str] | None = None,
@@ -155,19 +155,20 @@ def read_job(
     Raises
     ------
     SceneError
-        With all faults.
+        With all faults; without a scene, those that can be found without it.
     """
-    problems: list[Problem] = []
+    problems = combine_problems(combine)
     variation = measured = None
-    with Collected(problems):
-        variation = read_variation(scene, vary, combine)
+    if scene is not None:
+        with Collected(problems):
+            variation = read_variation(scene, vary, combine)
+        if variation is None or all(axis.key != "wear" for axis in variation.axes):
+            problems += wear_problems(scene)
     with Collected(problems):
         measured = measure_of(measure, wear_states)
     count, wrong = workers_of(*crew)
     problems += wrong
-    if variation is None or all(axis.key != "wear" for axis in variation.axes):
-        problems += wear_problems(scene)
-    if problems or variation is None or measured is None:
+    if problems or scene is None or variation is None or measured is None:
         raise SceneError(problems, "sweep")
     members, tasks = gather(scene, variation, measured)
     if measured.life_alone and not any(task.scene.effects.run_life for task in tasks.values()):

@@ -52,10 +52,10 @@ class Study:
     Attributes
     ----------
     path : Path
-    scene : Scene
-        With the changes of ``[set]``.
+    scene : Scene or None
+        With the changes of ``[set]``; None if it cannot be read.
     scene_name : str
-        Name in the file.
+        Name in the file; empty if it has none.
     vary : dict
         Lists of values by dotted key.
     options : dict
@@ -65,7 +65,7 @@ class Study:
     """
 
     path: Path
-    scene: Scene
+    scene: Scene | None
     scene_name: str
     vary: dict[str, list[Value]]
     options: Table = field(default_factory=dict)
@@ -74,8 +74,10 @@ class Study:
     @property
     def inputs(self) -> dict[str, str | Path]:
         """Files that the study reads, by what they are: outputs must not take their place."""
-        found: dict[str, str | Path] = {"the study": self.path, **scene_files(self.scene)}
-        if self.scene_name not in shipped_scenes():
+        found: dict[str, str | Path] = {"the study": self.path}
+        if self.scene is not None:
+            found |= scene_files(self.scene)
+        if self.scene_name and self.scene_name not in shipped_scenes():
             found["the scene"] = self.path.parent / self.scene_name
         return found
 
@@ -101,7 +103,7 @@ def read_study(
     Returns
     -------
     Study or None
-        The readable part, for further checks by the caller; None if there is no scene.
+        The readable part, for further checks by the caller; None if the file is no TOML.
     """
     source = Path(path)
     data = None
@@ -117,12 +119,11 @@ def read_study(
             problems.append(Problem(name, shown(data[name]), f"a name of a study: {', '.join(names)}", fix))
     vary = _lists(_table(data, "vary", problems), problems)
     changes = {key: _or_none(key, value) for key, value in flat_fields(_table(data, "set", problems))}
-    scene = _scene(source, data.get("scene"), changes, problems)
-    if scene is None:
-        return None
+    given = data.get("scene")
+    scene = _scene(source, given, changes, problems)
     found = {name: data[name] for name in options if name in data}
     tables = {name: data[name] for name in further if name in data}
-    return Study(source, scene, str(data["scene"]), vary, found, tables)
+    return Study(source, scene, given if isinstance(given, str) else "", vary, found, tables)
 
 
 def _meant(name: str, value: Value, names: Sequence[str]) -> str | None:

@@ -97,6 +97,15 @@ class Variation:
             yield {axis.key: axis.values[k] for axis, k in zip(self.axes, places, strict=True)}
 
 
+def combine_problems(combine: object) -> list[Problem]:
+    """The problem of an argument `combine` that is none of `COMBINATIONS`."""
+    if combine in COMBINATIONS:
+        return []
+    meant = closest(str(combine), COMBINATIONS)
+    fix = f'did you mean "{meant}"?' if meant else '"grid" for all combinations, "zip" for lists side by side'
+    return [Problem("combine", shown(combine), '"grid" or "zip"', fix)]
+
+
 def read_variation(scene: Scene, vary: Mapping[str, Sequence[object]] | DataFrame, combine: str) -> Variation:
     """Varied fields, checked.
 
@@ -115,10 +124,6 @@ def read_variation(scene: Scene, vary: Mapping[str, Sequence[object]] | DataFram
         With all faults.
     """
     problems: list[Problem] = []
-    if combine not in COMBINATIONS:
-        meant = closest(str(combine), COMBINATIONS)
-        fix = f'did you mean "{meant}"?' if meant else '"grid" for all combinations, "zip" for lists side by side'
-        problems.append(Problem("combine", shown(combine), '"grid" or "zip"', fix))
     lists, labels = _lists(vary, problems)
     schemas = _schemas(scene, lists)
     read = {key: _read(scene, schemas, key, values, problems) for key, values in lists.items()}

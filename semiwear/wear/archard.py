@@ -17,6 +17,11 @@ def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
     pressure_distance : array [N/mm]
         Pressure times sliding distance at points of the flank, summed over a mesh.
 
+    Returns
+    -------
+    array [mm]
+        Like `pressure_distance`.
+
     Examples
     --------
     >>> from semiwear.wear import wear_depth
@@ -36,9 +41,14 @@ def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coef
     Parameters
     ----------
     line_load : array [N/mm]
-    specific_sliding : array
-        Sliding speed over the contact's own speed on the body, v_s/v_n.
+    specific_sliding : array [1]
+        Sliding speed over the speed at which the contact line moves over the body's flank, v_s/v_n, without sign; it
+        broadcasts with `line_load`.
     wear_coefficient : float [mm^2/N]
+
+    Returns
+    -------
+    array [mm]
 
     Examples
     --------

@@ -15,6 +15,7 @@ from semiwear.export.nodes import flank_nodes
 from semiwear.export.whole_teeth import contact_loads
 from semiwear.meshing.own_flanks import own_flank
 from tests.scenes import RIGID, SHIPPED, TINY, UNTIL_MESHES
+from tests.strategies.results import synthetic_tree
 
 pyvista = pytest.importorskip("pyvista", reason="extra view: surfaces are read by PyVista")
 
@@ -158,6 +159,14 @@ def test_zones_are_those_of_the_history(tree):
         deepest = sw.in_zone(tree, zone).wear_depth.max(("profile", "face"))
         assert float(deepest[-1]) <= float(tree["history"][f"wear_depth_max_{zone}"][-1]) + 1e-9
     assert float(sw.in_zone(tree, "root").wear_depth.max()) > 0.0
+
+
+def test_the_contact_pattern_in_a_zone_is_the_gears():
+    tree = synthetic_tree()
+    assert "contact_pattern" in sw.in_zone(tree, "root")
+    assert "contact_pattern" not in sw.in_zone(tree, "root", "pinion")
+    with pytest.raises(sw.SceneError, match="2 problems"):
+        sw.in_zone(tree, "tip", "wheel")
 
 
 # ---- mesh stiffness

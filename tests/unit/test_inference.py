@@ -423,6 +423,31 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
     assert not solved
 
 
+def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "runs = 3\nk_scatter = -9\nscene =", 1)
+    bad = bad.replace("[unknown]", "[unknown]\nnumerics.harmonics = 3", 1)
+    (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
+    assert main(["infer", "study.toml", "-o", "draws.nc"]) == 2
+    told = capsys.readouterr().err
+    for part in (
+        "no file 'scene.toml'",
+        "runs: found 3",
+        "k_scatter: found -9",
+        "did you mean value?",
+        "curve.csv",
+        "numerics.harmonics: found 'an unknown field'",
+        "[vary]",
+    ):
+        assert part in told
+    assert not solved
+
+
+def test_unknown_fields_are_told_beside_a_scene_without_wear():
+    with pytest.raises(SceneError, match=r"did you mean pinion_torque_Nm\?(.|\n)*wear: missing"):
+        sw.infer(SCENE.replace({"wear": None}), {"operation.pinion_torqe_Nm": sw.Normal(1.0, 1.0)}, [])
+
+
 ALONE = f"""
 scene = "scene.toml"
 TOP

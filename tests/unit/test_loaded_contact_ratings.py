@@ -1,5 +1,7 @@
 """Safeties of one wear state: those of a run where it stands there, and what a state alone can tell of cycles."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
@@ -137,3 +139,23 @@ def test_a_wear_depth_is_of_one_wear_step(run, step):
 def test_a_wear_depth_has_the_shape_of_the_flanks(shape):
     with pytest.raises(SceneError, match=r"\(profile, face\) = \(61, 11\)"):
         sw.loaded_contact(SMALL, wear_depth=np.zeros(shape))
+
+
+def test_faults_of_all_arguments_are_told_together_before_teeth_are_computed(monkeypatch):
+    monkeypatch.setattr(import_module("semiwear.plan").Plan, "loaded_teeth", None)
+    wear = np.full((2, 61, 11), -1.0)
+    with pytest.raises(SceneError) as caught:
+        sw.loaded_contact(SMALL.replace({"wear.worn_bodies": ["gear"]}), [np.nan], wear, meshes=-1.0)
+    told = [(one.field, str(one.value)) for one in caught.value.problems]
+    assert told == [
+        ("meshes", "-1"),
+        ("wear_depth", "negative or not finite"),
+        ("wear_depth", "a worn pinion"),
+        ("roll_positions", "[nan]"),
+    ]
+
+
+def test_a_wear_depth_of_one_slice_is_refused(run):
+    worn = run["flank"].wear_depth.isel(wear_step=-1, face=3)
+    with pytest.raises(SceneError, match=r"wear_depth\.face.*\n.*wear_depth: .*\(profile, face\)"):
+        sw.loaded_contact(SMALL, wear_depth=worn)

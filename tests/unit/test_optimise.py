@@ -417,6 +417,23 @@ def test_a_study_is_searched_written_and_reported(
         assert part in str(caught.value), part
 
 
+def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'scene = "no_such_scene"\nminimise = "wear_depth_mx"\nmost = 0\n[vary]\nx = [1]\n'
+        "[design.operation]\npinion_torque_Nm = {from = 1}\n[subject_to]\nload_share_max = 3\n"
+    )
+    assert main(["optimise", str(study), "-o", str(tmp_path / "best.toml"), "--workers", "-1"]) == 2
+    told = capsys.readouterr().err
+    for part in (
+        "no file 'no_such_scene'", "did you mean wear_depth_max?", "most: found 0", "no [vary] beside [design]",
+        "both ends", "subject_to", "workers",
+    ):  # fmt: skip
+        assert part in told, part
+
+
 def test_a_study_without_a_design_that_works_names_its_table(
     formulas: dict[str, Formula], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

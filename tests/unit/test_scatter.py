@@ -284,6 +284,11 @@ def test_what_is_wrong_is_told_before_anything_runs(solved, fields, options, par
     assert not solved
 
 
+def test_distributions_that_are_none_are_told_with_the_number_of_samples(solved):
+    with pytest.raises(SceneError, match=r"samples: found 3(.|\n)*distributions: found"):
+        sw.scatter(SCENE, [TORQUE], samples=3, crew=0)
+
+
 def test_few_solved_samples_tell_all_where_an_emulator_is_good_enough(solved):
     fields = {TORQUE: sw.Normal(1600, 80), OFFSET: sw.Uniform(-0.1, 0.1)}
     measure = ["root_stress_max", "load_share_max"]

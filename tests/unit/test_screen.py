@@ -201,6 +201,11 @@ def test_a_threshold_is_above_zero(tiny, threshold):
         sw.screen(tiny, threshold)
 
 
+def test_a_speed_is_above_zero_and_told_with_the_threshold(tiny):
+    with pytest.raises(sw.SceneError, match=r"2 problems\n.*threshold: .*\n.*speed_rpm: found -5\.0"):
+        sw.screen(tiny, 0.0, speed_rpm=-5.0)
+
+
 def test_a_change_from_nothing_counts(tiny):
     row = ScreenedEffect("friction", False, dict.fromkeys(QUANTITIES, -0.5), 1.0)
     screening = Screening(tiny, 0.5, dict.fromkeys(QUANTITIES, 1.0), 1.0, (row,))

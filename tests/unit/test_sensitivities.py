@@ -86,6 +86,11 @@ def test_a_quantity_that_the_result_lacks_is_told(scene: sw.Scene) -> None:
         public(scene, "meshes_to_limit", [TORQUE], workers=0)
 
 
+def test_a_quantity_that_is_no_text_is_told_with_the_fields(scene: sw.Scene) -> None:
+    with pytest.raises(sw.SceneError, match=r"of: found 5(.|\n)*workers: found -1"):
+        public(scene, 5, [TORQUE], workers=-1)
+
+
 def test_a_field_that_no_scene_has_is_called_one(scene: sw.Scene) -> None:
     with pytest.raises(sw.SceneError) as caught:
         public(scene, "wear_depth_max", ["operation.pinion_torq", "foo", "effects.modification.pinion.tip_relief_um"])

@@ -331,6 +331,25 @@ def test_what_is_wrong_with_fields_is_one_problem(study, solved, capsys, text, p
         assert part in told
 
 
+@pytest.mark.parametrize("scene", ['scene = "no_such_scene"', "", 'scene = "spur_fzg_c"\nset.operation.torqe = 1'])
+def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(study, solved, capsys, scene):
+    head = f'{scene}\nmeasure = "hystory"\n'
+    vary = f'combine = "gird"\nwear_states = "lsat"\n[vary]\n{TORQUE} = [1]\n'
+    told = problems_in(study, head + vary, capsys, "--workers", "-3")
+    assert "5 problems" in told and not solved
+    for part in ("history?", '"grid"?', "wear_states", "workers: found '-3'"):
+        assert part in told
+    scatter = f"samples = 3\nbefore_meshes = -1\n[scatter]\n{TORQUE} = 1\n"
+    told = problems_in(study, head + scatter, capsys, "--workers", "-3")
+    assert "5 problems" in told
+    for part in ("history?", "samples: found 3", "before_meshes", "workers: found '-3'"):
+        assert part in told
+    told = problems_in(study, head + "samples = 3\n", capsys)
+    assert "4 problems" in told
+    for part in ("history?", "beside a table [scatter]", "under the header [vary]"):
+        assert part in told
+
+
 def test_options_of_a_sweep_are_not_ignored_elsewhere(study, solved, capsys):
     scatter = f'[scatter]\n{TORQUE} = {{distribution = "normal", mean = 1600, deviation = 1}}\n'
     head = 'scene = "face_gear_25x160"\nwear_states = "last"\ncombine = 5\n'
