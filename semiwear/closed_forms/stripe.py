@@ -5,7 +5,7 @@ A line load with Hertz half-width b acts along its own line like the kernel
     K(s) = 1/(pi E*) 4/(pi b^2) sqrt(b^2 + s^2) [K(m) - E(m)],  m = b^2/(b^2 + s^2)
 
 (complete elliptic integrals): the displacement at the middle of a semi-elliptic stripe of zero length, a
-distance s along the line (integral of the point-load solution, Johnson 1985, eq. 3.18c, over the stripe).
+distance s along the line (integral of the point-load solution, Johnson 1985, eq. 3.22b, over the stripe).
 Far away it is 1/(pi E* s); integrated over a long line it is the Hertz approach of line contact.
 """
 
@@ -31,7 +31,7 @@ def stripe_kernel(distance: FloatArray) -> FloatArray:
     """Displacement along a line contact of half-width b that a force on a short piece of it causes, times pi E* b.
 
     The load is semi-elliptic across the line. At a distance s along it the displacement of its middle over the force
-    is K(s), the integral of the displacement under a point load (Johnson 1985, eq. 3.22a):
+    is K(s), the integral of the displacement under a point load (Johnson 1985, eq. 3.22b):
 
         pi E* b K(s) = 4/pi sqrt(1 + t^2) [K(m) - E(m)],    t = s/b,    m = 1 / (1 + t^2)
 
