@@ -76,7 +76,9 @@ def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> De
     corrected = _corrected(designs, goal, known)
     (least,) = ranks_of(values_of(designs, goal, [_best(designs, goal, known).doubled]))
     design = search(designs, corrected, most)
-    (rank,) = ranks_of(values_of(designs, corrected, [design]))
+    # where no design keeps the limits any that comes nearer to them is better: without the margin
+    judged = replace(corrected, bounds=goal.bounds) if least[0] > 0.0 else corrected
+    (rank,) = ranks_of(values_of(designs, judged, [design]))
     coarse = [pair.coarse for pair in known]
     points = np.stack([known_design.point for known_design in coarse])
     expected_better = _is_better(rank, least) and not (points == design.point).all(axis=1).any()
@@ -89,7 +91,7 @@ def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> De
     errors = np.subtract(after, before, out=np.zeros_like(after), where=np.isfinite(after) & np.isfinite(before))
     if least[0] > 0.0:  # no design keeps the limits; elsewhere the coarse grid may have no error
         errors = np.vstack([errors, np.zeros_like(errors[:1])])
-    optimistic = ranks_of(values_of(designs, corrected, others) - 0.5 * np.ptp(errors, axis=0))
+    optimistic = ranks_of(values_of(designs, judged, others) - 0.5 * np.ptp(errors, axis=0))
     if not optimistic or not _is_better(min(optimistic), least):
         return design if expected_better else None
     return others[optimistic.index(min(optimistic))]

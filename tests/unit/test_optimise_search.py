@@ -356,6 +356,18 @@ def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkey
     assert found.own.resolution == OWN and found.own.point[0] == 0.35
 
 
+def test_a_design_that_comes_nearer_to_its_limits_is_solved_finely_though_within_no_margin(monkeypatch):
+    """The second is 0.06 % nearer to the limit than the first, but not within the margin of 0.2 %."""
+    coarse = {0.1: 0.501, 0.2: 0.5007, 0.3: 0.4985}
+    designs = Tried(
+        lambda place, resolution: ([1.0], [coarse[place[0]] + (0.001 if resolution == DOUBLED else 0.0)]),
+        limits=(Limit(SHARE, 0.5, True),),
+    )
+    searched(monkeypatch, designs, [0.1, 0.2, 0.3, 0.3], [])
+    found = search_finely(designs, Goal(0, designs.bounds), 20)
+    assert found.kept and found.own.point[0] == 0.3
+
+
 def test_a_design_that_keeps_its_limits_is_left_for_a_better_one(monkeypatch):
     """The coarse grid says too much: the best design it allows keeps a limit with room, and others are better."""
     designs = Tried(
