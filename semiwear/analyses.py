@@ -14,7 +14,7 @@ from semiwear.errors import Collected, Problem, SceneError
 from semiwear.life import hours_per_mesh
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
-from semiwear.meshing.roll_grid import given_roll_grid
+from semiwear.meshing.roll_grid import checked_roll_positions
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.plan import plan
 from semiwear.plan.choices import kernels_of
@@ -130,15 +130,13 @@ def loaded_contact(
         fix = "leave it out for flanks that are new"
         problems.append(Problem("meshes", f"{meshes:g}", "a finite number >= 0", fix))
     physics = plan(scene)
-    face = worn = None
+    face = worn = given = None
     with Collected(problems):
         face = _slices_of(wear_depth, physics.flank_pair().face_limits)
     with Collected(problems):
         worn = _worn(scene, wear_depth)
-    given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
     with Collected(problems):
-        if given is not None:
-            given_roll_grid(0.0, 1, given)
+        given = None if roll_positions is None else checked_roll_positions(roll_positions)
     if problems or worn is None:
         raise SceneError(problems, "loaded_contact")
     compile_ahead(kernels_of(scene, wears=False), scene.numerics.threads)

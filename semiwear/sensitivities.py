@@ -49,9 +49,8 @@ from semiwear.optimise.space import scene_value
 from semiwear.plan import Compared
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
-from semiwear.scene.edit import edited
+from semiwear.scene.edit import unknown_field
 from semiwear.scene.rating_tables import RatingTable
-from semiwear.scene.schema import to_dict
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.assemble import INVERSE_TO_COEFFICIENT
@@ -207,7 +206,7 @@ def _steps(scene: Scene, to: object, problems: list[Problem]) -> dict[str, float
 
 
 def _no_number(scene: Scene, key: str, value: object) -> Problem:
-    unknown = edited(to_dict(scene, without_derived=True), {key: key})[1]
+    unknown = unknown_field(scene, key, key)
     if unknown:
         return replace(unknown[0], field="to")
     fix = "give the scene a value, or a step in a mapping where a field that is left out counts as 0"

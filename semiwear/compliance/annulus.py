@@ -182,7 +182,7 @@ def _matrices(basis: Basis, youngs_modulus: float, poissons_ratio: float) -> tup
     turning[:, :, 3, :, 0] = turning[:, :, 4, :, 2] = -by_radius
     b0, b1 = (b.reshape(elements, places, 6, 27) for b in (steady, turning))
     weighted = (basis.dx * radius)[..., None, None] * elasticity(youngs_modulus, poissons_ratio)
-    unknowns = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(elements, 27)
+    unknowns = unknowns_of(basis.element_dofs.T.ravel()).reshape(elements, 27)
     at = np.repeat(unknowns, 27, axis=1).ravel(), np.tile(unknowns, (1, 27)).ravel()
 
     def assembled(left: FloatArray, right: FloatArray) -> csc_matrix:

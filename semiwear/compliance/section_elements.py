@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from skfem.quadrature import get_quadrature
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.compliance.pitch_chain import HarmonicMatrices
+from semiwear.compliance.pitch_chain import HarmonicMatrices, unknowns_of
 from semiwear.compliance.quadratic import quadratic_slopes, quadratic_values
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians
 
@@ -127,7 +127,7 @@ def strain_integrals(
 
 def unknowns_of_elements(mesh: SectionMesh) -> IntArray:
     """Unknowns of every element in the order of `strain_integrals`, (m, 27)."""
-    return (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
+    return unknowns_of(mesh.elements.ravel()).reshape(len(mesh.elements), -1)
 
 
 def elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:

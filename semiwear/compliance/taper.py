@@ -32,7 +32,7 @@ from scipy.sparse import coo_matrix, csr_matrix, vstack
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.block_band import solve_block_band
 from semiwear.compliance.open_ends import EndJumps
-from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, symmetric_factor
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, symmetric_factor, unknowns_of
 from semiwear.compliance.prism import PrismSection
 from semiwear.compliance.section_elements import (
     elasticity,
@@ -178,8 +178,7 @@ class _Pitches:
         maps = []
         for number in numbers:
             own = np.flatnonzero(place[number] >= 0)
-            rows = (3 * own[:, None] + np.arange(3)).ravel()
-            columns = (3 * place[number[own]][:, None] + np.arange(3)).ravel()
+            rows, columns = unknowns_of(own), unknowns_of(place[number[own]])
             maps.append(coo_matrix((np.ones(rows.size), (rows, columns)), shape=(3 * count, 3 * free.size)).tocsr())
         return cls(tuple(maps))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
@@ -89,10 +90,15 @@ def even_roll_grid(start: float, pairs: int, positions: int, fine: int) -> RollG
     return RollGrid(start, pairs, np.arange(positions) / positions, substeps)
 
 
-def given_roll_grid(start: float, pairs: int, roll_positions: FloatArray) -> RollGrid:
-    """Mesh positions given as roll positions, taken modulo 1."""
+def checked_roll_positions(roll_positions: ArrayLike) -> FloatArray:
+    """Roll positions, (K,): one at least, and finite ones."""
     given = np.atleast_1d(np.asarray(roll_positions, float))
     if given.size == 0 or not np.all(np.isfinite(given)):
-        raise SceneError.of("roll_positions", roll_positions, "finite numbers, one at least")
-    phase = np.mod(np.round(given - start, 12), 1.0)
+        raise SceneError.of("roll_positions", given, "finite numbers, one at least")
+    return given
+
+
+def given_roll_grid(start: float, pairs: int, roll_positions: FloatArray) -> RollGrid:
+    """Mesh positions given as roll positions, taken modulo 1."""
+    phase = np.mod(np.round(checked_roll_positions(roll_positions) - start, 12), 1.0)
     return RollGrid(start, pairs, np.unique(phase))

@@ -17,8 +17,8 @@ from semiwear.scatter.distributions import Distribution, read_distribution
 from semiwear.scatter.emulated import emulated_samples, first_solved
 from semiwear.scatter.statistics import Scatter
 from semiwear.scene import Scene
-from semiwear.scene.edit import edited
-from semiwear.scene.schema import schema_of_scene, to_dict
+from semiwear.scene.edit import unknown_field
+from semiwear.scene.schema import schema_of_scene
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.bar import progress_receiver
@@ -272,7 +272,7 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
     read: dict[str, Distribution | None] = {}
     for key in distributions:
         if key not in schema.rules:
-            problems += edited(to_dict(scene, without_derived=True), {key: shown(distributions[key])})[1]
+            problems += unknown_field(scene, key, shown(distributions[key]))
     for key, raw in distributions.items():
         wrong: list[Problem] = []
         read[key] = read_distribution(key, raw, scene, wrong)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from semiwear.errors import Problem
+from semiwear.scene.model import SceneTables
 from semiwear.scene.named_data import NAMING, dropped_with
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
-from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_data
+from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_data, to_dict
 from semiwear.untyped import Table, Value
 
 # Setting one of these ends of a run removes the others.
@@ -43,6 +44,11 @@ def edited(scene: Mapping[str, Value], changes: Mapping[str, Value]) -> tuple[Ta
     if len(unknown) > MOST_UNKNOWN:
         problems.append(more_unknown(str(unknown[MOST_UNKNOWN]), len(unknown) - MOST_UNKNOWN))
     return data, problems
+
+
+def unknown_field(scene: SceneTables, key: str, value: Value) -> list[Problem]:
+    """The problem of a dotted key that the scene cannot have, given a value; none of one that it can."""
+    return edited(to_dict(scene, without_derived=True), {key: value})[1]
 
 
 def _set(data: Table, key: str, value: Value) -> None:

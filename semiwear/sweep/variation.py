@@ -15,7 +15,7 @@ import numpy as np
 from semiwear.errors import Problem, SceneError
 from semiwear.scene import Scene
 from semiwear.scene.closest import closest
-from semiwear.scene.edit import edited
+from semiwear.scene.edit import edited, unknown_field
 from semiwear.scene.reading import read_fields
 from semiwear.scene.schema import SCHEMAS, Schema, schema_of_scene, to_dict
 from semiwear.scene.toml_io import write_toml
@@ -202,7 +202,7 @@ def _read(
     """Checked values of a field, each by itself; those of tables unchanged."""
     schema = next((kind for kind in schemas if key and (key in kind.rules or key in kind.tables)), None)
     if schema is None:
-        problems += edited(to_dict(scene, without_derived=True), {key: values[0] if values else ""})[1]
+        problems += unknown_field(scene, key, values[0] if values else "")
         return []
     found = []
     for k, raw in enumerate(values):
