@@ -30,6 +30,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse import csr_matrix
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.compliance.pitch_chain import unknowns_of
 from semiwear.compliance.polynomials import along_width, derivatives
 from semiwear.compliance.section_elements import fillet_edges, section_integrals
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
@@ -144,19 +145,17 @@ class Stretch:
             Whether the tooth continues beyond its ends as its mirror image, instead of being free there. Only for
             square ends.
         """
-        levels, joined = self._assembled
+        levels, observed = self._levels
         load = self._on_flank()
         moved, deflection = np.zeros_like(load), np.zeros((load.shape[1],) * 2)
         bending = np.zeros_like(deflection)
         # half a turn exchanges the flanks: z changes sign, and so does the bending load
         turned = np.repeat((-1.0) ** np.arange(ORDERS), HEIGHTS)
         for sign, free in self._fields(square=self.lean == 0.0, mirrored=mirrored):
-            chosen = [np.flatnonzero(free[own]) for own in levels]
-            forces = [load[own[some]] for own, some in zip(levels, chosen, strict=True)]
             answer = np.zeros_like(deflection)
-            for own, some, force, part in zip(levels, chosen, forces, _solved(joined, chosen, forces), strict=True):
-                moved[own[some]] += 0.5 * part
-                answer += force.T @ (0.5 * part)
+            for own, part in _solved(levels, observed, free, load):
+                moved[own] += 0.5 * part
+                answer += load[own].T @ (0.5 * part)
             deflection += answer
             shared = 0.5 * (1.0 - sign * turned)
             bending += shared[:, None] * answer * shared
@@ -166,12 +165,14 @@ class Stretch:
         return StretchInfluence(0.5 * (deflection + deflection.T), 0.5 * (bending + bending.T), stress)
 
     @cached_property
-    def _assembled(self) -> tuple[list[IntArray], list[tuple[FloatArray, FloatArray]]]:
-        """Unknowns level by level, and their stiffness, see `_joined`."""
+    def _levels(self) -> tuple[list[_Level], int]:
+        """Levels from the ground up, and the first with nodes of the flank or the fillet."""
         integrals = section_integrals(self.mesh, self.youngs_modulus, self.poissons_ratio, self.along, self.lean)
         k00, k01, k11 = (k.tocsr() * (self.width / self.along) for k in integrals)
-        levels = list(_levels(self.mesh))
-        return levels, _joined(k00, k01, k11, derivatives(ORDERS) / self.width, levels)
+        nodes = _nodes_by_level(self.mesh)
+        surface = np.concatenate([self.mesh.flank, self.mesh.fillet])
+        observed = [bool(np.isin(own, surface).any()) for own, _ in nodes].index(True)
+        return list(_joined(k00, k01, k11, derivatives(ORDERS) / self.width, nodes)), observed
 
     def _on_flank(self) -> FloatArray:
         """Unit loads on the flank, expanded in polynomials, at heights: (unknowns, P H) array."""
@@ -234,63 +235,97 @@ def _loaded_half(whole: SectionMesh, section: ToothSection) -> SectionMesh:
     )
 
 
-def _levels(mesh: SectionMesh) -> Iterator[IntArray]:
-    """Unknowns of the free nodes, level by level from the tip on: a level is coupled only to the next."""
+class _Level(NamedTuple):
+    """Unknowns of a level of nodes, coupled to those of the level above and of the level below alone.
+
+    Attributes
+    ----------
+    unknowns : (n,) int array
+        All of them, of which a field uses some. Those coupled to the level below come last.
+    stiffness : (n, n) array [N/mm]
+    coupling : (n, m) array [N/mm]
+        To the last m unknowns of the level above.
+    """
+
+    unknowns: IntArray
+    stiffness: FloatArray
+    coupling: FloatArray
+
+
+def _nodes_by_level(mesh: SectionMesh) -> list[tuple[IntArray, int]]:
+    """Free nodes of every level from the ground up, and the number of the last ones that the level below meets.
+
+    Counted from the tip, a level has the further nodes of all elements that the one before meets.
+    """
     left = np.ones(len(mesh.nodes), dtype=bool)
     left[mesh.held] = False
-    level = mesh.centre_line[:1]
+    levels, level = [], mesh.centre_line[:1]
     while level.size:
         left[level] = False
-        yield (3 * ORDERS * level[:, None] + np.arange(3 * ORDERS)).ravel()
-        met = np.isin(mesh.elements, level).any(axis=1)
-        level = np.unique(mesh.elements[met])
-        level = level[left[level]]
+        below = np.unique(mesh.elements[np.isin(mesh.elements, level).any(axis=1)])
+        below = below[left[below]]
+        meets = np.isin(level, mesh.elements[np.isin(mesh.elements, below).any(axis=1)])
+        levels.append((np.concatenate([level[~meets], level[meets]]), int(meets.sum())))
+        level = below
+    return levels[::-1]
 
 
 def _joined(
-    k00: csr_matrix, k01: csr_matrix, k11: csr_matrix, slope: FloatArray, levels: list[IntArray]
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Stiffness of every level, and between it and the next: all unknowns, of which a field uses some.
-
-    From integrals over the section and the derivative D (P, P) [1/mm].
-    """
+    k00: csr_matrix, k01: csr_matrix, k11: csr_matrix, slope: FloatArray, levels: list[tuple[IntArray, int]]
+) -> Iterator[_Level]:
+    """Levels of unknowns, from integrals over the section and the derivative D (P, P) [1/mm]."""
     basis = np.hstack([np.eye(ORDERS), _AXIAL])
     along = np.array([0, 0, 1])  # half of the basis for u, v and w
-    terms = []
-    for k, product in ((k00, np.eye(ORDERS)), (k01, slope), (k01.T.tocsr(), slope.T), (k11, slope.T @ slope)):
+    matrices, products = (k00, k01, k01.T.tocsr(), k11), []
+    for product in (np.eye(ORDERS), slope, slope.T, slope.T @ slope):
         parts = (basis.T @ product @ basis).reshape(2, ORDERS, 2, ORDERS)
-        terms.append((k, parts[along][:, :, along]))
-    places = [level[::ORDERS] // ORDERS for level in levels]  # in the integrals
+        products.append(parts[along][:, :, along])
 
     def between(rows: IntArray, columns: IntArray) -> FloatArray:
-        block = np.zeros((rows.size // 3, 3, ORDERS, columns.size // 3, 3, ORDERS))
-        for k, product in terms:
-            part = k[rows][:, columns].toarray().reshape(rows.size // 3, 3, 1, columns.size // 3, 3, 1)
-            block += part * product[:, :, None]
-        return block.reshape(rows.size * ORDERS, -1)
+        parts = [k[unknowns_of(rows)][:, unknowns_of(columns)].toarray() for k in matrices]
+        by_node = np.reshape(parts, (len(parts), rows.size, 3, columns.size, 3))
+        block = np.einsum("tmcnd,tcpdq->cdmnpq", by_node, products, optimize=True)
+        return block.transpose(2, 0, 4, 3, 1, 5).reshape(3 * ORDERS * rows.size, -1)
 
-    following = [*places[1:], places[-1][:0]]
-    return [(between(own, own), between(own, after)) for own, after in zip(places, following, strict=True)]
+    for (own, _), (above, met) in zip(levels, [*levels[1:], (levels[-1][0], 0)], strict=True):
+        unknowns = (3 * ORDERS * own[:, None] + np.arange(3 * ORDERS)).ravel()
+        yield _Level(unknowns, between(own, own), between(own, above[above.size - met :]))
 
 
 def _solved(
-    joined: list[tuple[FloatArray, FloatArray]], chosen: list[IntArray], forces: list[FloatArray]
-) -> list[FloatArray]:
-    """Displacement of the chosen unknowns of every level under forces on them: elimination from tip to ground."""
-    own, force = joined[0][0][np.ix_(chosen[0], chosen[0])], forces[0]
-    passed = []
-    for (_, coupling), (stiffness, _), (some, after), given in zip(
-        joined, joined[1:], pairwise(chosen), forces[1:], strict=False
-    ):
+    levels: list[_Level], observed: int, free: BoolArray, load: FloatArray
+) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Unknowns of every level from the tip down to `observed`, and their displacement.
+
+    Parameters
+    ----------
+    levels : list of _Level
+        From the ground up, as they are eliminated.
+    observed : int
+        No level below this one is under load.
+    free : (unknowns,) bool array
+        Unknowns of the field.
+    load : (unknowns, loads) array [N]
+    """
+    chosen = [np.flatnonzero(free[level.unknowns]) for level in levels]
+    forces = [load[level.unknowns[some]] for level, some in zip(levels, chosen, strict=True)]
+    own, passed = levels[0].stiffness[np.ix_(chosen[0], chosen[0])], []
+    for number, (level, above) in enumerate(pairwise(levels)):
+        some, after = chosen[number], chosen[number + 1]
+        first = above.unknowns.size - level.coupling.shape[1]
+        met = after[after >= first]
         factor = cholesky(own, lower=True, overwrite_a=True, check_finite=False)
         # halves of the symmetric products C^T K^-1 C and C^T K^-1 F
-        half = solve_triangular(factor, coupling[np.ix_(some, after)], lower=True, check_finite=False)
-        force = solve_triangular(factor, force, lower=True, check_finite=False)
-        passed.append((factor, half, force))
-        own = stiffness[np.ix_(after, after)] - half.T @ half
-        force = given - half.T @ force
-    moved = [cho_solve(cho_factor(own, lower=True, check_finite=False), force, check_finite=False)]
-    for factor, half, force in reversed(passed):
-        force = force - half @ moved[-1]
-        moved.append(solve_triangular(factor, force, trans="T", lower=True, check_finite=False))
-    return moved[::-1]
+        half = solve_triangular(factor, level.coupling[np.ix_(some, met - first)], lower=True, check_finite=False)
+        own = above.stiffness[np.ix_(after, after)]
+        own[-met.size :, -met.size :] -= half.T @ half
+        if number >= observed:
+            force = solve_triangular(factor, forces[number], lower=True, check_finite=False)
+            forces[number + 1][-met.size :] -= half.T @ force
+            passed.append((level.unknowns[some], factor, half, force))
+    moved = cho_solve(cho_factor(own, lower=True, check_finite=False), forces[-1], check_finite=False)
+    yield levels[-1].unknowns[chosen[-1]], moved
+    for unknowns, factor, half, force in reversed(passed):
+        force = force - half @ moved[-half.shape[1] :]
+        moved = solve_triangular(factor, force, trans="T", lower=True, check_finite=False)
+        yield unknowns, moved
