@@ -23,8 +23,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 from skfem import Basis, ElementQuad2, MeshQuad
 
 from semiwear.arrays import FloatArray
-from semiwear.compliance.pitch_chain import unknowns_of
-from semiwear.compliance.section_elements import elasticity
+from semiwear.compliance.section_elements import elasticity, unknowns_of
 
 _THROUGH = 6  # elements through the wall
 _ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the intermediate one, and from there to the held one

@@ -18,7 +18,7 @@ O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, log
 
 import numpy as np
@@ -26,11 +26,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.sparse import csr_matrix, vstack
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.compliance.pitch_chain import (
-    Pitch,
-    PitchRows,
-    join,
-)
+from semiwear.compliance.condensed_pitch import Pitch, PitchRows
+from semiwear.compliance.pitch_chain import join
 from semiwear.compliance.section_elements import (
     fillet_edges,
     fillet_shares,
@@ -166,12 +163,13 @@ def prism_section(
         name=name,
     )
     observer = _Observer.of(mesh, youngs_modulus, poissons_ratio)
-    k0, mixed, k2 = harmonic_integrals(mesh, youngs_modulus, poissons_ratio)
-    pitch = Pitch.of(mesh, section, (k0, mixed + mixed.T, k2), observer.rows)
+    half = replace(mesh, elements=mesh.elements[: len(mesh.elements) // 2])
+    k0, mixed, k2 = harmonic_integrals(half, youngs_modulus, poissons_ratio)
+    pitch = Pitch.of(half, section, (k0, mixed + mixed.T, k2), observer.rows)
 
     solved = np.arange(harmonics) if solve_every else _solved_harmonics(harmonics)
-    wave_number = np.arange(harmonics) * np.pi / width
-    deflection, stress = join([pitch.condense(k) for k in wave_number[solved]], section, rack_teeth)
+    wave_number = np.asarray(np.arange(harmonics) * np.pi / width, dtype=np.float64)
+    deflection, stress = join(pitch.condense(wave_number[solved]), section, rack_teeth)
 
     weight = np.where(np.arange(harmonics) == 0, 1.0, 2.0)[:, None, None, None] / width
     tooth_height = mesh.nodes[mesh.centre_line[0], 1] - mesh.nodes[mesh.fillet[-1], 1]

@@ -8,13 +8,20 @@ strains of a displacement that is constant along z, B1 those of its derivative a
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 from skfem.quadrature import get_quadrature
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.compliance.pitch_chain import HarmonicMatrices, unknowns_of
 from semiwear.compliance.quadratic import quadratic_slopes, quadratic_values
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians
+
+HarmonicMatrices = tuple[csc_matrix, csc_matrix, csc_matrix]
+"""Sparse K0, K1, K2 of the stiffness K0 + k K1 + k^2 K2 at wave number k; unknowns 3 node + (u, v, w)."""
+
+
+def unknowns_of(nodes: IntArray) -> IntArray:
+    """Unknowns of nodes, node by node."""
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def harmonic_integrals(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:

@@ -28,11 +28,12 @@ import numpy as np
 from scipy.interpolate import BSpline, CubicSpline
 from scipy.linalg import eigh
 from scipy.sparse import coo_matrix, csr_matrix, vstack
+from scipy.sparse.linalg import splu
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.block_band import solve_block_band
 from semiwear.compliance.open_ends import EndJumps
-from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, symmetric_factor, unknowns_of
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
 from semiwear.compliance.prism import PrismSection
 from semiwear.compliance.section_elements import (
     elasticity,
@@ -45,6 +46,7 @@ from semiwear.compliance.section_elements import (
     plane_strains,
     shape_values,
     strain_integrals,
+    unknowns_of,
     unknowns_of_elements,
 )
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
@@ -209,7 +211,9 @@ def _shapes(
             k = wave * np.pi / width
             loads = (vstack([load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
             stiffness = (whole[0] + k * whole[1] + k**2 * whole[2]).tocsc()
-            moved = symmetric_factor(stiffness, "MMD_AT_PLUS_A").solve(loads)
+            # symmetric and positive: no pivoting
+            symmetric = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+            moved = splu(stiffness, **symmetric).solve(loads)
             found.append(moved / np.sqrt(np.einsum("ij,ij->j", moved, loads)))
         return np.hstack(found), whole[0] + reference_wave**2 * whole[2]
 

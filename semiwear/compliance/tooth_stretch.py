@@ -30,9 +30,8 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse import csr_matrix
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
-from semiwear.compliance.pitch_chain import unknowns_of
 from semiwear.compliance.polynomials import along_width, derivatives
-from semiwear.compliance.section_elements import fillet_edges, section_integrals
+from semiwear.compliance.section_elements import fillet_edges, section_integrals, unknowns_of
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.compliance.section_outline import frame_of
 from semiwear.geometry.section import ToothSection
@@ -285,7 +284,7 @@ def _joined(
         parts = [k[unknowns_of(rows)][:, unknowns_of(columns)].toarray() for k in matrices]
         by_node = np.reshape(parts, (len(parts), rows.size, 3, columns.size, 3))
         block = np.einsum("tmcnd,tcpdq->cdmnpq", by_node, products, optimize=True)
-        return block.transpose(2, 0, 4, 3, 1, 5).reshape(3 * ORDERS * rows.size, -1)
+        return np.asarray(block.transpose(2, 0, 4, 3, 1, 5).reshape(3 * ORDERS * rows.size, -1))
 
     for (own, _), (above, met) in zip(levels, [*levels[1:], (levels[-1][0], 0)], strict=True):
         unknowns = (3 * ORDERS * own[:, None] + np.arange(3 * ORDERS)).ravel()
