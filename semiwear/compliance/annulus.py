@@ -12,17 +12,17 @@ under non-axisymmetric loads).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
-from scipy.sparse import coo_matrix, csc_matrix
+from scipy.sparse import coo_matrix, csc_matrix, eye_array, kron
 from skfem import Basis, ElementQuad2, MeshQuad
 
 from semiwear.arrays import FloatArray
+from semiwear.compliance.condensation import factors_of, halves
 from semiwear.compliance.section_elements import elasticity, unknowns_of
 
 _THROUGH = 6  # elements through the wall
@@ -78,16 +78,17 @@ class Annulus:
             Amplitudes (U, V, W) at every station for forces in these directions at every station. A force F at
             theta = 0 along r moves the ring along r by the sum over m of F U_m cos(m theta).
         """
-        solve = self._solver()
         orders = np.arange(harmonics + 1, dtype=float)
-        exact = np.array([solve(m) for m in range(_EXACT)])
         beyond = np.geomspace(_EXACT - 1, max(harmonics, _EXACT), _BETWEEN)
-        solved = np.concatenate([orders[2 : _EXACT - 1], beyond])
-        values = np.concatenate([exact[2:], [solve(m) for m in beyond[1:]]])
-        # for short waves the flexibility is that of a half-space, inverse to m
-        spline = make_interp_spline(np.log(solved), values * (1.0 + solved)[:, None, None], k=3)
-        further = spline(np.log(orders[_EXACT:])) / (1.0 + orders[_EXACT:])[:, None, None]
-        return np.concatenate([exact, further])[: harmonics + 1]
+        solved = np.concatenate([orders[: _EXACT - 1], beyond])
+        found = np.zeros((harmonics + 1, 3 * self.stations.size, 3 * self.stations.size))
+        for layers in self._halves():
+            values = layers.flexibility(solved)
+            # for short waves the flexibility is that of a half-space, inverse to m
+            spline = make_interp_spline(np.log(solved[2:]), values[2:] * (1.0 + solved[2:])[:, None, None], k=3)
+            further = spline(np.log(orders[_EXACT:])) / (1.0 + orders[_EXACT:])[:, None, None]
+            found += layers.shapes @ np.concatenate([values[:_EXACT], further])[: harmonics + 1] @ layers.shapes.T
+        return found
 
     def _corners(self) -> FloatArray:
         """Ends of the elements along the axis: the mean of even spacing and spacing refined towards the ends."""
@@ -103,20 +104,41 @@ class Annulus:
             return above
         return np.concatenate([above, np.geomspace(self.between, self.held, _BELOW + 1)[1:]])
 
-    def _solver(self) -> _Harmonic:
+    def _halves(self) -> Iterator[_Layers]:
+        """Fields that are symmetric about the middle of the width, and antisymmetric ones."""
         mesh = MeshQuad.init_tensor(np.sort(self._wall()), self._corners())
         basis = Basis(mesh, ElementQuad2(), intorder=4)
-        matrices = _matrices(basis, self.youngs_modulus, self.poissons_ratio)
         radius, along = basis.doflocs
         # cylinders of nodes from the held one to the loaded one, the nodes of each along the axis
         ends = np.sort(abs(self._wall() - self.held))
         cylinder = np.rint(2.0 * np.interp(abs(radius - self.held), ends, np.arange(ends.size)))
-        order = np.lexsort((along, cylinder)).reshape(2 * ends.size - 1, -1)
-        layers = [unknowns_of(two.ravel()) for two in order[1:].reshape(-1, 2, order.shape[1])]
-        upper = layers[0].size // 2
-        own = [[k[layer][:, layer].toarray() for k in matrices] for layer in layers]
-        below = [[k[layer][:, beneath[upper:]].toarray() for k in matrices] for beneath, layer in pairwise(layers)]
-        return _Harmonic(np.array(own), np.array(below).reshape(-1, len(matrices), 2 * upper, upper))
+        ordered = unknowns_of(np.lexsort((along, cylinder)))
+        matrices = [k[ordered][:, ordered] for k in _matrices(basis, self.youngs_modulus, self.poissons_ratio)]
+        cylinders = 2 * ends.size - 1
+        for sign in (1.0, -1.0):
+            shapes = _shapes(radius.size // cylinders, sign)
+            n = shapes.shape[1]
+            everywhere = kron(eye_array(cylinders), shapes, format="csr")
+            of_shapes = [everywhere.T @ (k @ everywhere) for k in matrices]
+            layers = [slice((layer + 1) * n, (layer + 3) * n) for layer in range(0, cylinders - 1, 2)]
+            own = [[k[layer, layer].toarray() for k in of_shapes] for layer in layers]
+            below = [[k[layer, layer.start - n : layer.start].toarray() for k in of_shapes] for layer in layers[1:]]
+            yield _Layers(shapes, np.array(own), np.array(below).reshape(-1, len(matrices), 2 * n, n))
+
+
+def _shapes(nodes: int, sign: float) -> FloatArray:
+    """Orthonormal fields along the axis whose U and V are even (`sign` 1) or odd (-1) in z, and W the opposite.
+
+    Returns
+    -------
+    (3 nodes, n) array
+        Of an odd number of nodes.
+    """
+    half = nodes // 2
+    pair, middle = np.eye(half, nodes) / sqrt(2.0), np.eye(1, nodes, half)
+    even, odd = np.vstack([pair + pair[:, ::-1], middle]), pair - pair[:, ::-1]
+    parts = (even, even, odd) if sign > 0.0 else (odd, odd, even)
+    return np.vstack([np.kron(part, unit) for part, unit in zip(parts, np.eye(3), strict=True)]).T
 
 
 def _growing(first: float, last: float, count: int) -> FloatArray:
@@ -124,41 +146,44 @@ def _growing(first: float, last: float, count: int) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class _Harmonic:
-    """Flexibility of the loaded cylinder at a harmonic, which need not be an integer.
+class _Layers:
+    """Stiffness of the layers of elements, in fields along the axis.
 
-    A layer of elements has two cylinders of nodes with n unknowns each, one through its middle and one on its upper
-    face. Layer by layer from the held cylinder on they are condensed to the stiffness of the upper one.
+    A layer has two cylinders of nodes with n fields each, one through its middle and one on its upper face. Layer
+    by layer from the held cylinder on they are condensed to the stiffness of the upper one.
 
     Attributes
     ----------
+    shapes : (3 S, n) array
+        The fields at the nodes of a cylinder, orthonormal.
     own : (layers, 3, 2 n, 2 n) array
         K0, K1, K2 of each layer's two cylinders.
     below : (layers - 1, 3, 2 n, n) array
         Coupling of a layer's two cylinders to the upper one of the layer beneath.
     """
 
+    shapes: FloatArray
     own: FloatArray
     below: FloatArray
 
-    def __call__(self, m: float) -> FloatArray:
+    def flexibility(self, orders: FloatArray) -> FloatArray:
+        """Of the loaded cylinder at harmonics, which need not be integers: (orders, n, n) array."""
         # the integral over the circumference of cos^2 or sin^2
-        powers = np.array([1.0, m, m * m]) * (pi if m else 2.0 * pi)
-        own, below = np.tensordot(powers, self.own, (0, 1)), np.tensordot(powers, self.below, (0, 1))
-        n = own.shape[-1] // 2
-        condensed = own[0]
-        for k, layer in enumerate(own):
+        powers = np.where(orders > 0.0, pi, 2.0 * pi)[:, None] * orders[:, None] ** np.arange(3)
+        n = self.own.shape[-1] // 2
+        condensed = np.tensordot(powers, self.own[0], 1)
+        for k, layer in enumerate(self.own):
             if k:
-                condensed = layer - _condensed_part(condensed, below[k - 1].T)
-            condensed = condensed[n:, n:] - _condensed_part(condensed[:n, :n], condensed[:n, n:])
-        return np.asarray(cho_solve(cho_factor(condensed, check_finite=False), np.eye(n), check_finite=False))
+                coupling = np.tensordot(powers, self.below[k - 1], 1).swapaxes(1, 2)
+                condensed = np.tensordot(powers, layer, 1) - _condensed_part(condensed, coupling)
+            condensed = condensed[:, n:, n:] - _condensed_part(condensed[:, :n, :n], condensed[:, :n, n:])
+        return np.linalg.inv(condensed)
 
 
 def _condensed_part(stiffness: FloatArray, coupling: FloatArray) -> FloatArray:
-    """Stiffness removed by static condensation of the coupled unknowns: C^T K^-1 C."""
-    factor = cholesky(stiffness, lower=True, check_finite=False)
-    half = solve_triangular(factor, coupling, lower=True, check_finite=False)
-    return np.asarray(half.T @ half)
+    """Stiffness removed by static condensation of the coupled unknowns: C^T K^-1 C, (orders, n, n) arrays."""
+    half = halves(factors_of(stiffness), coupling)
+    return half.swapaxes(1, 2) @ half
 
 
 def _matrices(basis: Basis, youngs_modulus: float, poissons_ratio: float) -> tuple[csc_matrix, ...]:

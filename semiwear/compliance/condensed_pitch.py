@@ -12,10 +12,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dtrtrs
 from scipy.sparse import block_diag, csr_matrix, eye_array
 
 from semiwear.arrays import FloatArray, IntArray
+from semiwear.compliance.condensation import factors_of, halves
 from semiwear.compliance.section_elements import HarmonicMatrices, unknowns_of
 from semiwear.compliance.section_mesh import SectionMesh
 from semiwear.geometry.section import RingRim, ToothSection
@@ -184,9 +184,8 @@ def _condensed(levels: list[_Level], wave_numbers: FloatArray) -> _Side:
     for level, following in pairwise(levels):
         coupling = _at(powers, level.coupling)
         met = slice(own.shape[1] - coupling.shape[1], None)
-        factor = np.asarray(np.linalg.cholesky(own), dtype=np.float64)
-        # halves of the symmetric products
-        loaded, onto = _halves(factor, rows.swapaxes(1, 2)), _halves(factor[:, met, met], coupling)
+        factor = factors_of(own)
+        loaded, onto = halves(factor, rows.swapaxes(1, 2)), halves(factor[:, met, met], coupling)
         by_loads += loaded.swapaxes(1, 2) @ loaded
         own = _at(powers, following.own) - onto.swapaxes(1, 2) @ onto
         rows = _at(powers, following.rows) - loaded[:, met].swapaxes(1, 2) @ onto
@@ -195,13 +194,6 @@ def _condensed(levels: list[_Level], wave_numbers: FloatArray) -> _Side:
 
 def _at(powers: FloatArray, coefficients: FloatArray) -> FloatArray:
     return np.tensordot(powers[:, : len(coefficients)], coefficients, 1)
-
-
-def _halves(factors: FloatArray, right: FloatArray) -> FloatArray:
-    """Right-hand sides divided by lower triangular factors, (n, u, ...) arrays."""
-    # scipy.linalg.solve_triangular takes several times as long for matrices of this size
-    pairs = zip(factors, right, strict=True)
-    return np.array([dtrtrs(factor.T, of_one, lower=0, trans=1)[0] for factor, of_one in pairs])
 
 
 def _levels(mesh: SectionMesh) -> list[tuple[IntArray, int]]:
