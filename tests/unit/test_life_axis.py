@@ -85,7 +85,7 @@ def test_wear_steps_are_told_in_kilometres_of_sliding(tree):
 def test_a_report_counts_in_what_is_asked_for(tree, tmp_path, monkeypatch):
     seen, _ = [], sw.report
     monkeypatch.setattr(sys.modules["semiwear.report.contents"], "draw_all", lambda drawn: seen.append(drawn) or [])
-    monkeypatch.setattr(sys.modules["semiwear.report.page"], "filled_sections", lambda sections, data: data.pictures)
+    monkeypatch.setattr(sys.modules["semiwear.report.page"], "_sections", lambda data: data.pictures)
     sw.report(tree, tmp_path / "a.html", over="hours")
     sw.report(tree, tmp_path / "a.html")
     assert seen[0]["history"]["meshes"].attrs["units"] == "h"

@@ -362,7 +362,7 @@ def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patc
     ],
 )
 def test_other_flank_grids_are_refused(tmp_path, line, sizes, said, monkeypatch):
-    monkeypatch.setattr(report_page, "filled_sections", None)  # before a section is made
+    monkeypatch.setattr(report_page, "_sections", None)  # before a section is made
     with pytest.raises(SemiwearError, match=re.escape(said)):
         write_report(line, tmp_path / "r.html", result("patch", **sizes))
     assert not list(tmp_path.iterdir())
