@@ -105,7 +105,7 @@ def safety_map(tree: xr.DataTree, ax: Sequence[Axes] | None = None, *, mode: str
         raise SemiwearError(f"mode: {mode!r}; this result has {', '.join(modes)}")
     required = float(need(tree, "ratings", "required_safety").sel(mode=mode))
     safety = flanks.sel(mode=mode)
-    panels = axes_for(ax, 2, SIZE_WIDE, side_by_side=True)
+    panels = axes_for(ax, 2, SIZE_WIDE, columns=2)
     least = float(np.nanmin(safety.values)) if np.isfinite(safety.values).any() else required
     for panel, body in zip(panels, BODIES, strict=True):
         _one_flank(tree, panel, body, safety.sel(body=body), (least, mode, required))
