@@ -39,13 +39,12 @@ def _histories(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    variables = group_of(tree, "life").data_vars.items()
-    life = {str(name): float(value) for name, value in variables if value.dtype.kind == "f"}
+    life = group_of(tree, "life")
     if not life:
         return
     yield from life_numbers(tree)
     for name, quantity in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
-        change = figure_text(life[f"sensitivity_to_{name}"], 3)
+        change = figure_text(float(life[f"sensitivity_to_{name}"]), 3)
         yield f"Life against {quantity}", f"{change} %", f"for 1 % more {quantity}"
 
 

@@ -255,7 +255,7 @@ def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | Non
 def _controls(view: Table) -> str:
     """The view with its controls; hidden until the script has drawn it."""
     last = len(view["steps"]) - 1
-    bodies = "".join(_option(k, body["name"]) for k, body in enumerate(view["bodies"]))
+    bodies = "".join(element("option", body["name"], value=str(k)) for k, body in enumerate(view["bodies"]))
     parts = [
         _labelled("Flank of", element("select", bodies, id="turning-body")) if len(view["bodies"]) > 1 else "",
         _labelled("Colours", element("select", "", id="turning-quantity")),
@@ -291,10 +291,6 @@ def _controls(view: Table) -> str:
         "edges of the unworn flank. Bright: the loaded part of the contact line. Roll positions are in base pitches "
         "from the pitch point.</p></figcaption></figure>"
     )
-
-
-def _option(value: int, text: str) -> str:
-    return f'<option value="{value}">{text}</option>'
 
 
 def _labelled(text: str, control: str, output: str = "") -> str:
