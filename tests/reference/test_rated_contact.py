@@ -15,7 +15,7 @@ from semiwear.ratings.load_stages import TEST_TORQUE_NM, bulk_temperature, film_
 from semiwear.ratings.oil import Oil
 from semiwear.ratings.overload import raised
 from semiwear.scene import Scene, scene_from_dict
-from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.oil_and_case import OIL_AND_CASE
 from tests.strategies.point_flanks import exported
 
 OIL = Oil("mineral", 220.0, 19.0, 890.0)
@@ -23,7 +23,8 @@ BODIES = ("pinion", "gear")
 MODES = ("micropitting", "scuffing", "flank_fracture")
 
 SPUR = sw.load_scene("spur_fzg_c").replace(
-    {
+    OIL_AND_CASE
+    | {
         "numerics.face_slices": 11,
         "numerics.roll_positions": 24,
         "numerics.profile_points": 81,
@@ -32,9 +33,6 @@ SPUR = sw.load_scene("spur_fzg_c").replace(
         "wear.until.meshes": 1.0,
         "operation.pinion_speed_rpm": 2250.0,
         "effects.flash_temperature.specific_heat_J_per_kgK": 440.0,
-        "effects.micropitting": MICROPITTING,
-        "effects.scuffing": SCUFFING,
-        "effects.flank_fracture": FLANK_FRACTURE,
     }
 )
 

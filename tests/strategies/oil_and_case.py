@@ -5,7 +5,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 _BODIES = "pinion", "gear"
-_OIL: dict[str, Any] = {
+OIL: dict[str, Any] = {
     "oil_family": "mineral",
     "viscosity_40_mm2_per_s": 220.0,
     "viscosity_100_mm2_per_s": 19.0,
@@ -13,14 +13,20 @@ _OIL: dict[str, Any] = {
 }
 _CASE = {"surface_hardness_HV": 700.0, "core_hardness_HV": 400.0, "case_depth_mm": 0.8}
 
-MICROPITTING: dict[str, Any] = _OIL | {"bulk_temperature_C": 90.0, "roughness_Ra_um": 0.5, "load_stage": 9.0}
-SCUFFING: dict[str, Any] = _OIL | {
+MICROPITTING: dict[str, Any] = OIL | {"bulk_temperature_C": 90.0, "roughness_Ra_um": 0.5, "load_stage": 9.0}
+SCUFFING: dict[str, Any] = OIL | {
     "oil_temperature_C": 70.0,
     "oil_supply": "dip",
     "load_stage": 12.0,
     "structural_factor": 1.0,
 }
 FLANK_FRACTURE: dict[str, Any] = {f"{body}_{name}": value for body in _BODIES for name, value in _CASE.items()}
+OIL_AND_CASE: dict[str, Any] = {
+    "effects.micropitting": MICROPITTING,
+    "effects.scuffing": SCUFFING,
+    "effects.flank_fracture": FLANK_FRACTURE,
+}
+"""Changes of a scene that rate these modes, beside a flash temperature."""
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:

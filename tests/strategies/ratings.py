@@ -4,6 +4,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+import semiwear as sw
+
 PITTING: dict[str, Any] = {
     "pinion_limit_MPa": 1500.0,
     "gear_limit_MPa": 1450.0,
@@ -25,6 +27,19 @@ RATED: dict[str, Any] = {
     "effects.bending": BENDING,
 }
 """Changes of a scene that rate both modes."""
+
+RATED_SPUR = sw.load_scene("spur_fzg_c").replace(
+    RATED
+    | {
+        "operation.pinion_torque_Nm": 200.0,
+        "numerics.face_slices": 11,
+        "numerics.roll_positions": 12,
+        "numerics.profile_points": 61,
+        "numerics.harmonics": 5,
+        "numerics.wear_steps": 2,
+    }
+)
+"""A small scene in which pitting ends the life."""
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:
