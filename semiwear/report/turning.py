@@ -219,20 +219,19 @@ def _along_lines(greatest: FloatArray, hertz: FloatArray) -> FloatArray:
 
 
 def _loaded_rolls(tree: xr.DataTree) -> IntArray:
-    share = group_of(tree, "engagement")["load_share"].values
-    return np.flatnonzero((share > _LOADED).any(axis=0))
-
-
-def _has_loads(tree: xr.DataTree) -> bool:
+    """Indices of the roll positions that bear load; none without line loads."""
     engagement = group_of(tree, "engagement")
-    return "line_load" in engagement and "load_share" in engagement and bool(_loaded_rolls(tree).size)
+    if "line_load" not in engagement or "load_share" not in engagement:
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero((engagement["load_share"].values > _LOADED).any(axis=0))
 
 
 def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: IntArray) -> FloatArray | None:
     """Fractional rows, among the drawn ones, of the contact lines of loaded roll positions, (roll, face)."""
-    if line is None or not _has_loads(tree):
+    rolls = _loaded_rolls(tree)
+    if line is None or not rolls.size:
         return None
-    return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
+    return np.asarray(np.interp(line[rolls], rows, np.arange(rows.size)))
 
 
 def _loads(tree: xr.DataTree, shape: ToothShape, steps: IntArray) -> FloatArray:
@@ -243,9 +242,9 @@ def _loads(tree: xr.DataTree, shape: ToothShape, steps: IntArray) -> FloatArray:
 
 def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | None:
     """Load share of the loaded roll positions; None without line loads."""
-    if not _has_loads(tree):
-        return None
     engagement, rolls = group_of(tree, "engagement"), _loaded_rolls(tree)
+    if not rolls.size:
+        return None
     return {
         "roll": [f"{roll:+.2f}".replace("-", "−") for roll in engagement["roll_position"].values[rolls]],
         "share": pack.add(engagement["load_share"].values[steps][:, rolls]),

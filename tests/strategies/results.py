@@ -146,17 +146,10 @@ def _tree(wear_steps: int, profiles: int, faces: int, mesh_positions: int, scene
     mean = -10.0 - 2.83 * life
     amplitude = 3.0 + 1.31 * life
     wave = np.cos(2 * np.pi * mesh_position) / 2
-    gear_wear = flank["wear_depth"][:, 1]
-    zone = flank["zone"][1]
-    history = {
-        f"wear_depth_max_{name}": np.where(zone == value, gear_wear, 0.0).max(axis=(1, 2))
-        for value, name in enumerate(("root", "pitch", "addendum"))
-    }
-    pinion_wear, pinion_zone = flank["wear_depth"][:, 0], flank["zone"][0]
-    history |= {
-        f"wear_depth_max_pinion_{name}": np.where(pinion_zone == value, pinion_wear, 0.0).max(axis=(1, 2))
-        for value, name in enumerate(("root", "pitch", "addendum"))
-    }
+    history = {}
+    for stem, wear, zone in zip(("pinion_", ""), flank["wear_depth"].swapaxes(0, 1), flank["zone"], strict=True):
+        for value, name in enumerate(("root", "pitch", "addendum")):
+            history[f"wear_depth_max_{stem}{name}"] = np.where(zone == value, wear, 0.0).max(axis=(1, 2))
     history |= {
         "wear_depth_max": flank["wear_depth"].max(axis=(2, 3)),
         "wear_depth_control_point": 60.0 * life,
