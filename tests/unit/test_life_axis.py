@@ -2,10 +2,6 @@
 
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -69,7 +65,6 @@ def test_wear_steps_are_told_in_hours(tree):
         assert ax.get_xlabel() == "Running time (h)"
         assert ax.get_lines()[0].get_xdata()[-1] == pytest.approx(expected[-1])
     assert "meshes" in sw.plot.wear_history(tree).get_xlabel()
-    plt.close("all")
 
 
 def test_wear_steps_are_told_in_kilometres_of_sliding(tree):
@@ -79,7 +74,6 @@ def test_wear_steps_are_told_in_kilometres_of_sliding(tree):
     expected = 1e-6 * trapezoid(sliding, meshes)
     assert told["history"]["meshes"].values[-1] == pytest.approx(expected)
     assert sw.plot.wear_history(told).get_xlabel() == "Sliding of the gear's flank (km)"
-    plt.close("all")
 
 
 def test_a_report_counts_in_what_is_asked_for(tree, tmp_path, monkeypatch):
