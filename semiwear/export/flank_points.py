@@ -14,9 +14,8 @@ from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_g
 from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
 from semiwear.measured.nominal import nominal_flank, unreached
-from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
+from semiwear.meshing.flank_pair import DRIVING, FlankPair
 from semiwear.meshing.own_flanks import flank_ends
-from semiwear.plain_text import one_of
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene
 
@@ -66,13 +65,10 @@ def export_flank(
     >>> path.is_file()
     True
     """
-    if body not in BODIES:
-        raise SceneError.of("body", body, one_of(BODIES))
+    loaded = nominal_flank(scene, body)
     if len(points) != 2 or min(points) < LEAST_POINTS:
         raise SceneError.of("points", points, f"two whole numbers, {LEAST_POINTS} or more", "101 x 101 is usual")
-    index = BODIES.index(body)
-    loaded = nominal_flank(scene, body)
-    pair = loaded.pair
+    index, pair = loaded.body, loaded.pair
     rows, columns = points
     borders = pair.borders(np.array([np.mean(pair.face_limits)]))
     low, high = borders.driving_face if index == DRIVING else borders.face

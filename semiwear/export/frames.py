@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,26 +61,21 @@ def to_frame(tree: xr.DataTree, table: str = "history") -> pd.DataFrame:
 
     group, dims = TABLES[table]
     data = group_of(tree, group)
-    sizes = tuple(int(data.sizes[dim]) for dim in dims)
-    columns: dict[str, np.ndarray] = {}
-    sources: dict[str, xr.DataArray] = {}
-    for k, dim in enumerate(dims):
-        values = data[dim].values if dim in data.coords else np.arange(sizes[k])
-        columns[dim] = _spread(values, (dim,), dims, sizes)
-        sources[dim] = data[dim]
+    columns: dict[str, xr.DataArray] = {dim: data[dim] for dim in dims}
     if "meshes" in data.coords and "wear_step" in dims:
-        columns["meshes"] = _spread(data["meshes"].values, data["meshes"].dims, dims, sizes)
-        sources["meshes"] = data["meshes"]
+        columns["meshes"] = data["meshes"]
     for name in names:
         array = data[name]
-        bodies = [None] if "body" in dims or "body" not in array.dims else list(array["body"].values)
-        for body in bodies:
-            part = array if body is None else array.sel(body=body)
-            column = name if body is None else f"{name}[{body}]"
-            columns[column], sources[column] = _spread(part.values, part.dims, dims, sizes), array
-    frame = pd.DataFrame(columns)
+        if "body" in dims or "body" not in array.dims:
+            columns[name] = array
+        else:
+            columns |= {f"{name}[{body}]": array.sel(body=body) for body in array["body"].values}
+    rows = xr.DataArray(np.empty([data.sizes[dim] for dim in dims]), dims=dims)
+    frame = pd.DataFrame(
+        {column: array.broadcast_like(rows).transpose(*dims).values.ravel() for column, array in columns.items()}
+    )
     for text in ("units", "long_name"):
-        frame.attrs[text] = {column: str(array.attrs.get(text, "")) for column, array in sources.items()}
+        frame.attrs[text] = {column: str(array.attrs.get(text, "")) for column, array in columns.items()}
     return frame
 
 
@@ -94,10 +88,3 @@ def _variables(tree: xr.DataTree, table: str) -> list[str]:
         if row_dims <= set(dims) and (row_dims & set(dims[-1:]) or not dims):
             found.append(str(name))
     return found
-
-
-def _spread(values: np.ndarray, present: Sequence[object], dims: Sequence[str], sizes: Sequence[int]) -> np.ndarray:
-    """Values over the present dims, repeated for every row of the table."""
-    order = [list(present).index(dim) for dim in dims if dim in present]
-    shape = [size if dim in present else 1 for dim, size in zip(dims, sizes, strict=True)]
-    return np.broadcast_to(np.transpose(values, order).reshape(shape), sizes).reshape(-1)

@@ -87,10 +87,8 @@ def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
     stiffness = {"mesh_stiffness": force / (unloaded - loaded)}
     if local:
         stiffness["mesh_stiffness_local"] = _local(tree, cycle["mesh_position"].values) / lever**2
-    values = dict(stiffness)
-    for name, value in stiffness.items():
-        values[f"torsional_{name}"] = 1e-3 * lever**2 * value
-    values["transmission_error_unloaded"], values["transmission_error_loaded"] = 1e3 * unloaded, 1e3 * loaded
+    values = stiffness | {f"torsional_{name}": 1e-3 * lever**2 * value for name, value in stiffness.items()}
+    values |= {"transmission_error_unloaded": 1e3 * unloaded, "transmission_error_loaded": 1e3 * loaded}
     teeth = [abs(getattr(scene.gear_pair, f"{body}_teeth")) for body in ("pinion", "gear")]
     position = cycle["mesh_position"]
     coords = {name: cycle[name] for name in ("wear_step", "mesh_position", "meshes") if name in cycle.coords}

@@ -12,7 +12,7 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import MissingExtraError
 from semiwear.targets import replacing
 
-_SPLIT = {"quad": ((0, 1, 2), (0, 2, 3)), "triangle": ((0, 1, 2),)}
+_TRIANGLES = ((0, 1, 2), (0, 2, 3))  # of a facet with four corners
 _SERIES = """\
 <?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
@@ -63,7 +63,7 @@ def write_surface(target: Path, surface: Surface) -> None:
         raise MissingExtraError("meshio", "view", "a file for viewers") from error
     stl = target.suffix.casefold() == ".stl"
     if stl:  # only triangles
-        cells = [("triangle", np.concatenate([surface.quads[:, split] for split in _SPLIT["quad"]]))]
+        cells = [("triangle", np.concatenate([surface.quads[:, split] for split in _TRIANGLES]))]
         fields = {}
     else:
         cells = [("quad", surface.quads)]

@@ -14,7 +14,6 @@ from semiwear.export.nodes import scene_of
 from semiwear.plan import plan
 from semiwear.plan.choices import kernels_of
 from semiwear.results.missing import group_of
-from semiwear.scene import Scene
 
 _UM = 1e-3  # mm
 
@@ -25,13 +24,11 @@ class WornContact:
 
     Attributes
     ----------
-    scene : Scene
     teeth : LoadedTeeth
     depth : (steps, 2, face, profile) array [mm]
         Wear of both bodies.
     """
 
-    scene: Scene
     teeth: LoadedTeeth
     depth: FloatArray
 
@@ -53,13 +50,12 @@ class WornContact:
         teeth = plan(scene).loaded_teeth(None, mesh_positions, data["face"].values)
         if teeth.grid.profile.shape != depth.shape[2:]:
             raise SceneError.of("tree", "wear depths on another grid", "those of its scene's numerics", "run it anew")
-        return cls(scene, teeth, depth)
+        return cls(teeth, depth)
 
     def load(self, step: int, torque_factor: float = 1.0) -> LoadedState:
         """Contact on the flanks of a wear step, under the scene's torque times a factor."""
         pinion, gear = self.depth[step]
-        problem = self.teeth.problem
         teeth = self.teeth
         if torque_factor != 1.0:
-            teeth = replace(teeth, problem=problem.under(torque_factor * problem.torque))
+            teeth = replace(teeth, problem=teeth.problem.under(torque_factor * teeth.problem.torque))
         return teeth.load(gear, driving_wear=None if teeth.driving is None else pinion)

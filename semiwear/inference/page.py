@@ -125,7 +125,7 @@ def _flank(found: Posterior, given: WornFlank, channel: Channel, simulate: Calla
     """Predicted beside measured wear, from a run at the medians rather than the emulator."""
     tree = simulate(found.inferred_scene.replace({"wear.until.meshes": channel.meshes}))
     compared = compare_wear(tree, given.measured, before=given.before, body=given.body, datum=given.datum)
-    uri = figure_uri(FLANKS, 3, lambda axes: measured_wear(compared, axes), side_by_side=True)
+    uri = figure_uri(FLANKS, 3, lambda axes: measured_wear(compared, axes), columns=3)
     alt = f"difference: root mean square {float(compared['difference_rms']):.2g} um"
     return card(channel.name.capitalize(), uri, alt, "From a run at the posterior's medians.", FLANKS, full=True)
 

@@ -21,7 +21,6 @@ from semiwear.sources import oversized
 Measurement = PointGrid | DeviationGrid
 """Data of a measuring machine: points of a flank, or deviations from it."""
 
-_FIELD = "measured"
 _LEAST = 4  # points in each direction
 _SCALES = {"metres": 1e-3, "micrometres": 1e3, "inches": 1.0 / 25.4, "centimetres": 0.1}
 _SCALE_TOLERANCE = 0.2
@@ -29,7 +28,7 @@ _APART = 0.25  # of the body's radius: points farther off belong to another part
 _WRONG_SIDE = np.radians(20.0)
 
 
-def read_measured(measured: str | os.PathLike[str] | ArrayLike | Measurement, field: str = _FIELD) -> Measurement:
+def read_measured(measured: str | os.PathLike[str] | ArrayLike | Measurement, field: str = "measured") -> Measurement:
     """A measured flank from a file, an array of points, or a grid that was already read.
 
     Parameters
@@ -81,7 +80,7 @@ def _holds_deviations(file: Path) -> bool:
         return False
 
 
-def check_points(flank: NominalFlank, grid: PointGrid, field: str = _FIELD) -> None:
+def check_points(flank: NominalFlank, grid: PointGrid, field: str) -> None:
     """Refuse points that cannot lie on the flank.
 
     Raises
@@ -118,7 +117,7 @@ def check_points(flank: NominalFlank, grid: PointGrid, field: str = _FIELD) -> N
         raise SceneError.of(field, f"points within {size:.3g} mm", "points over the flank", "check the units")
 
 
-def check_side(normals: FloatArray, points: FloatArray, inside: BoolArray, field: str = _FIELD) -> None:
+def check_side(normals: FloatArray, points: FloatArray, inside: BoolArray, field: str) -> None:
     """Refuse a grid whose surface is inclined to the nominal one: the other flank, or a mirror image.
 
     Parameters

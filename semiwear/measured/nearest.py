@@ -119,12 +119,11 @@ def feet(flank: NominalFlank, points: FloatArray, start: Feet | None = None) -> 
         _, nearest = cKDTree(net).query(measured)
         u, v = face[nearest], profile[nearest]
     else:
-        u, v = start.face.ravel().copy(), start.profile.ravel().copy()
+        u, v = start.face.ravel(), start.profile.ravel()
     low, high = flank.face_ends
     extent = high - low
     # the first step, linear in the deviation, finds it
     deviation = np.zeros(u.size)
-    last = np.full(u.size, np.inf)
     tolerance = _TOLERANCE * max(1.0, 1e-3 * float(np.abs(measured).max()))
     for _ in range(_PASSES):
         root, tip = flank.limits(u)
@@ -141,9 +140,9 @@ def feet(flank: NominalFlank, points: FloatArray, start: Feet | None = None) -> 
         du, dv = np.clip(du, -_STEP * extent, _STEP * extent), np.clip(dv, -_STEP * length, _STEP * length)
         u_next = np.clip(u + du, low - _BEYOND * extent, high + _BEYOND * extent)
         v_next = np.clip(v + dv, root - _BEYOND * length, tip + _BEYOND * length)
-        last = np.maximum(np.maximum(np.abs(u_next - u), np.abs(v_next - v)), np.abs(dd))
+        last = np.abs([u_next - u, v_next - v, dd]).max(initial=0.0)
         u, v, deviation = u_next, v_next, deviation + dd
-        if last.max(initial=0.0) <= tolerance:
+        if last <= tolerance:
             break
     root, tip = flank.limits(u)
     foot, normal = flank.points(u, v)

@@ -92,7 +92,6 @@ def flank_from_points(
     number = np.clip((fractions * (rows, columns)).astype(int), 0, np.array(shape) - 1) @ (columns, 1)
     cells, cell, count = np.unique(number, return_inverse=True, return_counts=True)
     means = [np.bincount(cell, weights) / count for weights in (*fractions.T, at.deviation[on])]
-    assert len(cells) == len(means[0])
     centroids = np.column_stack(means[:2])
     u, v = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
     deviation = LinearNDInterpolator(centroids, means[2])(u, v)

@@ -46,11 +46,6 @@ _TABLE: dict[str, tuple[tuple[str, ...], str, str, str]] = {
 }
 
 
-def units_of(name: str) -> str:
-    """Units of a quantity."""
-    return _TABLE[name.removesuffix("_uncertainty")][1]
-
-
 def labelled(values: Mapping[str, object], attrs: Mapping[str, str], title: str) -> xr.Dataset:
     """Dataset of quantities of this table; ``<name>_uncertainty`` is the standard uncertainty of ``<name>``.
 

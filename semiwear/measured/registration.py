@@ -28,8 +28,8 @@ from semiwear.measured.correlated import Estimate, estimate
 from semiwear.measured.files import Measurement, check_points, check_side, read_measured
 from semiwear.measured.nearest import Feet, feet, turned_by
 from semiwear.measured.nominal import NominalFlank, nominal_flank
-from semiwear.measured.quantities import labelled, units_of
-from semiwear.measured.rigid import DATUM, Displacement, Motions, determined, motions_of, require_motions
+from semiwear.measured.quantities import labelled
+from semiwear.measured.rigid import DATUM, TURNS, Displacement, Motions, determined, motions_of, require_motions
 from semiwear.measured.robust import local_noise, one_sided_fit, weighted_fit
 from semiwear.meshing.deviation_grid import DeviationGrid
 from semiwear.plain_text import one_of
@@ -116,7 +116,7 @@ class Registration(OnFlank):
         """Deviations in um, the datum with its uncertainties, and the root mean square residual."""
         values = {"deviation": _UM * self.deviation, **self.where(), "weight": self.weights}
         for name, amount in self.amounts.items():
-            factor = _ARCSEC if units_of(name) == "arcsec" else 1.0
+            factor = _ARCSEC if name in TURNS else 1.0
             values[name] = factor * amount
             if name in self.errors:
                 values[f"{name}_uncertainty"] = factor * self.errors[name]

@@ -140,7 +140,7 @@ def require_motions(names: object, field: str) -> tuple[str, ...]:
     return tuple(map(str, listed))
 
 
-def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:
+def motions_of(flank: NominalFlank, names: Sequence[str]) -> Motions:
     """Motions of a body, by name, in the order of `MOTIONS`."""
     axis = np.array([0.0, 0.0, 1.0])
     middle, _ = flank.points(*flank.places(0.5, 0.5))

@@ -145,32 +145,23 @@ def flank_from_traces(
     _check(chosen, nominal)
     low, high = nominal.face_ends
     root, tip = (float(value[0]) for value in nominal.limits(np.array([0.5 * (low + high)])))
-    profile_at, length, width = _profile_of_diameter(nominal), tip - root, high - low
-    u, v = np.linspace(0.0, length, _ROWS), np.linspace(0.0, width, _COLUMNS)
-    lines = {
-        kind: _merged(
-            [
-                (
-                    float(np.mean(trace.z if kind == "profile" else profile_at(trace.diameter) - root)),
-                    _read(profile_at(trace.diameter) - root, trace.deviation, u)
-                    if kind == "profile"
-                    else _read(trace.z, trace.deviation, v),
-                )
-                for trace in chosen
-                if trace.kind == kind
-            ]
-        )
-        for kind in KINDS
-    }
-    common = zeros == "common"
-    deviation, mismatch = _surface((u, v), lines["profile"], lines["lead"], common)
-    profiles, leads = len(lines["profile"][0]), len(lines["lead"][0])
+    u, v = np.linspace(0.0, tip - root, _ROWS), np.linspace(0.0, high - low, _COLUMNS)
+    above_root = _above_root(nominal, root, tip)
+    profiles, leads = [], []
+    for trace in chosen:
+        height = above_root(trace.diameter)
+        if trace.kind == "profile":
+            profiles.append((float(np.mean(trace.z)), _read(height, trace.deviation, u)))
+        elif trace.kind == "lead":
+            leads.append((float(np.mean(height)), _read(trace.z, trace.deviation, v)))
+    profile_lines, lead_lines, common = _merged(profiles), _merged(leads), zeros == "common"
+    deviation, mismatch = _surface((u, v), profile_lines, lead_lines, common)
+    counts = len(profile_lines[0]), len(lead_lines[0])
     return TracedFlank(
         DeviationGrid(u, v, _UM * deviation, "mm", "mm"),
-        profiles,
-        leads,
+        *counts,
         mismatch,
-        _assumed(profiles, leads, chosen, common),
+        _assumed(*counts, chosen, common),
     )
 
 
@@ -235,15 +226,14 @@ def _check(traces: Sequence[Trace], nominal: NominalFlank) -> None:
         raise SceneError(problems, "traces")
 
 
-def _profile_of_diameter(nominal: NominalFlank) -> Callable[[FloatArray], FloatArray]:
-    """Function from diameters to profile coordinates, both [mm]."""
+def _above_root(nominal: NominalFlank, root: float, tip: float) -> Callable[[FloatArray], FloatArray]:
+    """Function from diameters to distances along the profile from its root end, both [mm]."""
     middle = 0.5 * sum(nominal.face_ends)
-    root, tip = (float(value[0]) for value in nominal.limits(np.array([middle])))
     beyond = 0.1 * (tip - root)
     profile = np.linspace(root - beyond, tip + beyond, _SAMPLES)
     diameter = 2.0 * nominal.place(np.full(_SAMPLES, middle), profile)[1]
     order = np.argsort(diameter)
-    return lambda diameters: np.asarray(np.interp(diameters, diameter[order], profile[order]))
+    return lambda diameters: np.asarray(np.interp(diameters, diameter[order], profile[order]) - root)
 
 
 def _read(at: FloatArray, deviation: FloatArray, nodes: FloatArray) -> FloatArray:

@@ -32,14 +32,10 @@ def name_curves(ax: Axes) -> None:
     ax.get_xlim(), ax.get_ylim()  # matplotlib computes automatic limits when they are read
     height = ax.get_window_extent().height * 72.0 / ax.figure.dpi
     heights = np.array([(name.count("\n") + 1) * _LINE * _SIZE / height for name in names])
-    ends = np.array([_level(ax, line, last=True) for line in curves])
-    if len(curves) > 1 and np.ptp(ends) < _ALIKE:
-        means = np.array([_level(ax, line, last=False) for line in curves])
-        order, levels = np.argsort(means), ends + 1e-9 * means
-        middle = 0.5
-        levels[order] = middle + np.cumsum(heights[order]) - 0.5 * heights[order] - 0.5 * heights.sum()
-    else:
-        levels = ends
+    levels = np.array([_level(ax, line, last=True) for line in curves])
+    if len(curves) > 1 and np.ptp(levels) < _ALIKE:
+        order = np.argsort([_level(ax, line, last=False) for line in curves])
+        levels[order] = 0.5 + np.cumsum(heights[order]) - 0.5 * heights[order] - 0.5 * heights.sum()
     for line, name, at in zip(curves, names, _apart(levels, heights), strict=True):
         ax.text(
             1.02, at, name, transform=ax.transAxes, color=_darker(line.get_color()), fontsize=_SIZE, va="center",

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.plot.curve_names import name_curves
+from semiwear.plot.history import draw_over_meshes
 from semiwear.plot.style import (
     BODY_COLOUR,
     ROLL_LABEL,
@@ -16,7 +17,6 @@ from semiwear.plot.style import (
     axes_for,
     chosen_steps,
     label,
-    meshes_axis,
     need,
     pressure_scale,
     step_colours,
@@ -84,9 +84,7 @@ def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axe
     _step_curves(over_roll, share, _loaded(tree))
     over_roll.set(xlabel=ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
     name_curves(over_roll)
-    meshes, meshes_label = meshes_axis(greatest)
-    over_meshes.plot(meshes, greatest.values, "o-", color="#333333")
-    over_meshes.set(xlabel=meshes_label, ylabel=label(greatest, "Greatest load share"))
+    draw_over_meshes(over_meshes, greatest, "Greatest load share")
     return over_roll, over_meshes
 
 

@@ -113,8 +113,8 @@ def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = No
     mean = need(tree, "history", "transmission_error_mean")
     amplitude = need(tree, "history", "transmission_error_amplitude")
     upper, lower = axes_for(ax, 2, SIZE_PAIR)
-    upper.plot(_label_over_meshes(upper, mean, "Mean"), mean.values, "o-", color="#333333")
-    lower.plot(_label_over_meshes(lower, amplitude, "Amplitude"), amplitude.values, "o-", color="#333333")
+    draw_over_meshes(upper, mean, "Mean")
+    draw_over_meshes(lower, amplitude, "Amplitude")
     upper.set_title("Mean, gear side (negative: it lags)")
     lower.set_title("Amplitude, peak to peak")
     return upper, lower
@@ -139,28 +139,9 @@ def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     return ax
 
 
-@styled()
-def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
-    """A quantity of `/history` with one value per wear step, over the meshes.
-
-    Parameters
-    ----------
-    tree : DataTree
-        A result with `/history`.
-    name : str
-        Variable, e.g. ``"contact_temperature_max"``.
-    ax : Axes, optional
-        Where to draw; a new figure unless given.
-
-    Returns
-    -------
-    Axes
-    """
-    series = need(tree, "history", name)
-    (ax,) = axes_for(ax)
-    meshes = _label_over_meshes(ax, series, name.replace("_", " "))
-    ax.plot(meshes, series.values, "o-", color="#333333")
-    return ax
+def draw_over_meshes(ax: Axes, series: xr.DataArray, text: str) -> None:
+    """Draw a quantity with one value per wear step over the meshes; `text` names it in its label."""
+    ax.plot(_label_over_meshes(ax, series, text), series.values, "o-", color="#333333")
 
 
 def _label_over_meshes(ax: Axes, series: xr.DataArray, text: str) -> np.ndarray:

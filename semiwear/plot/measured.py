@@ -39,7 +39,7 @@ def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> t
     if missing:
         raise SemiwearError(f"the picture needs {missing[0]}: give what compare_wear returns")
     with styled():
-        axes = axes_for(ax, 3, _SIZE, side_by_side=True, options={"sharex": True, "sharey": True})
+        axes = axes_for(ax, 3, _SIZE, columns=3, options={"sharex": True, "sharey": True})
         inside = comparison["inside"].values.astype(bool)
         along, name = _along(comparison)
         height = comparison["flank_height"]

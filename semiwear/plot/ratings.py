@@ -105,27 +105,22 @@ def safety_map(tree: xr.DataTree, ax: Sequence[Axes] | None = None, *, mode: str
         raise SemiwearError(f"mode: {mode!r}; this result has {', '.join(modes)}")
     required = float(need(tree, "ratings", "required_safety").sel(mode=mode))
     safety = flanks.sel(mode=mode)
-    panels = axes_for(ax, 2, SIZE_WIDE, side_by_side=True)
+    panels = axes_for(ax, 2, SIZE_WIDE, columns=2)
     least = float(np.nanmin(safety.values)) if np.isfinite(safety.values).any() else required
+    name = step_name(need(tree, "ratings", "safety"), -1)
     for panel, body in zip(panels, BODIES, strict=True):
-        _one_flank(tree, panel, body, safety.sel(body=body), (least, mode, required))
+        values = np.ma.masked_invalid(safety.sel(body=body).values)
+        mesh = flank_axes(panel, tree, values, "magma", least, 2.5 * least, body, smooth=False)
+        mark_pitch_band(panel, tree, body=body)
+        own = f"least {values.min():.3g}" if values.count() else "nothing rated"
+        panel.set_title(f"{body.capitalize()}, {name}: {own}, required {required:g}")
+        colour_bar(panel, mesh, label(safety, f"Safety, {mode_words(mode)}"), {"extend": "max"})
     return panels[0], panels[1]
 
 
 def mode_words(mode: str) -> str:
     """Name of a failure mode with spaces."""
     return mode.replace("_", " ")
-
-
-def _one_flank(tree: xr.DataTree, ax: Axes, body: str, safety: xr.DataArray, rated: tuple[float, str, float]) -> None:
-    least, mode, required = rated
-    values = np.ma.masked_invalid(safety.values)
-    mesh = flank_axes(ax, tree, values, "magma", least, 2.5 * least, body, smooth=False)
-    mark_pitch_band(ax, tree, body=body)
-    own = f"least {values.min():.3g}" if values.count() else "nothing rated"
-    name = step_name(need(tree, "ratings", "safety"), -1)
-    ax.set_title(f"{body.capitalize()}, {name}: {own}, required {required:g}")
-    colour_bar(ax, mesh, label(safety, f"Safety, {mode_words(mode)}"), {"extend": "max"})
 
 
 def _life_axis(tree: xr.DataTree) -> tuple[np.ndarray, str, np.ndarray]:

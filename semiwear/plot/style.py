@@ -74,11 +74,10 @@ def axes_for(
     panels: int = 1,
     size: tuple[float, float] = SIZE,
     *,
-    side_by_side: bool = False,
     columns: int = 1,
     options: Options | None = None,
 ) -> list[Axes]:
-    """Axes to draw on: those of the caller, or new ones in `columns` columns or all `side_by_side`."""
+    """Axes to draw on: those of the caller, or new ones in `columns` columns."""
     if ax is not None:
         given = list(ax) if isinstance(ax, Sequence | np.ndarray) else [ax]
         if len(given) != panels:
@@ -86,8 +85,8 @@ def axes_for(
         return given
     import matplotlib.pyplot as plt
 
-    shape = (1, panels) if side_by_side else (panels // columns, columns)
-    _, created = plt.subplots(*shape, figsize=size, squeeze=False, layout="constrained", **(options or {}))
+    settings: Options = {"figsize": size, "squeeze": False, "layout": "constrained"} | (options or {})
+    _, created = plt.subplots(panels // columns, columns, **settings)
     return list(created.flat)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.plot.posterior import with_spaces
-from semiwear.plot.style import SIZE, axes_for, label, step_colours, styled
+from semiwear.plot.style import axes_for, label, step_colours, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,13 +147,13 @@ def sweep_curves(
     Axes
     """
     view = _view(found, name, body, (over, by))
-    (ax,) = axes_for(ax, 1, SIZE)
+    (ax,) = axes_for(ax)
     values = view.values if view.values.ndim == 2 else view.values.expand_dims("curve", 1)
     x = values[str(values.dims[0])]
     places, order = _places(x), np.argsort(_places(x))
     columns = np.unique(np.linspace(0, values.shape[1] - 1, min(values.shape[1], _MOST_CURVES)).round().astype(int))
+    other = view.values[str(view.values.dims[1])] if view.values.ndim == 2 else None
     for colour, k in zip(step_colours(columns.size), columns, strict=False):
-        other = view.values[str(view.values.dims[1])] if view.values.ndim == 2 else None
         curve_name = "" if other is None else _text(other.values[k], other)
         ax.plot(places[order], values.values[order, k], "o-", color=colour, ms=3.5, label=curve_name)
     failed = view.failed.reshape(values.shape).any(axis=1)
@@ -163,15 +164,13 @@ def sweep_curves(
         )  # fmt: skip
     _ticks(ax, x, "x")
     ax.set(xlabel=_axis_label(x), ylabel=_short(view.values), title=view.held)
-    if view.values.ndim == 2:
-        ax.legend(title=_axis_label(view.values[str(view.values.dims[1])]), fontsize=8)
+    if other is not None:
+        ax.legend(title=_axis_label(other), fontsize=8)
     return ax
 
 
 def _short(array: xr.DataArray) -> str:
     """Label of a quantity, in several lines if it is long."""
-    import textwrap
-
     return textwrap.fill(label(array), 42)
 
 
@@ -197,7 +196,7 @@ def sweep_map(
     view = _view(found, name, body, (over, by))
     if view.values.ndim != 2:
         raise SemiwearError("a map needs two varied fields")
-    (ax,) = axes_for(ax, 1, SIZE)
+    (ax,) = axes_for(ax)
     x, y = (view.values[str(dim)] for dim in view.values.dims)
     order = np.argsort(_places(x)), np.argsort(_places(y))
     values = view.values.values[np.ix_(*order)].T
@@ -261,7 +260,7 @@ def sweep_samples(found: xr.Dataset, name: str, field: str, *, body: str = _BODY
     values = scene_values(found, name, body)
     if values.dims != (_SAMPLE,) or field not in found.coords:
         raise SemiwearError(f"the picture needs samples of {field}; grids are for sweep_curves and sweep_map")
-    (ax,) = axes_for(ax, 1, SIZE)
+    (ax,) = axes_for(ax)
     x = found[field]
     if x.dtype.kind == "U":
         kinds, places = np.unique(x.values, return_inverse=True)

@@ -10,7 +10,7 @@ from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import WornStep
 from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
-from semiwear.ratings.mode import Rated, life_exponent
+from semiwear.ratings.mode import Rated, life_exponent, places_of
 
 
 def rated_by_cycles(
@@ -40,14 +40,11 @@ def rated_by_cycles(
         return np.array([history.life(required) for history in histories]) / flanks.cycles
 
     least = [history.least_safeties() for history in histories]
-    faces = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()
-    at = np.stack([point for _, point in least], axis=1)
-    body = np.arange(len(curves))
-    missing = at < 0
+    height, face = places_of(flanks, np.stack([point for _, point in least], axis=1))
     return Rated(
         safety=np.stack([safety for safety, _ in least], axis=1),
-        height=np.where(missing, np.nan, flanks.height.reshape(body.size, -1)[body, at]),
-        face=np.where(missing, np.nan, faces[at]),
+        height=height,
+        face=face,
         flank=np.stack([history.safeties() for history in histories]).reshape(flanks.profile.shape),
         damage=np.stack([history.damages(required_safety) for history in histories], axis=1),
         meshes=lives(required_safety),

@@ -69,20 +69,12 @@ def rating_arrays(
     required = np.array([mode.required_safety for mode in modes.values()])
     results = list(rated.values())
     none = np.full_like(results[0].safety, np.nan)
-    ends = np.stack(
-        [
-            meshes_to_failure(meshes, own.safety, need) if own.meshes is None else own.meshes
-            for own, need in zip(results, required, strict=True)
-        ]
-    )
-    exponents = np.stack(
-        [
-            life_exponent(partial(meshes_to_failure, meshes, own.safety), need)
-            if own.exponent is None
-            else own.exponent
-            for own, need in zip(results, required, strict=True)
-        ]
-    )
+    lives, exponents = [], []
+    for own, need in zip(results, required, strict=True):
+        life = partial(meshes_to_failure, meshes, own.safety)
+        lives.append(life(need) if own.meshes is None else own.meshes)
+        exponents.append(life_exponent(life, need) if own.exponent is None else own.exponent)
+    ends = np.stack(lives)
     first = first_failure(ends)
     arrays = {
         "required_safety": required,
@@ -92,7 +84,7 @@ def rating_arrays(
         "damage_sum": np.stack([none if r.damage is None else _finite(r.damage) for r in results]),
         "safety_on_flank": np.stack([_finite(r.flank).swapaxes(-1, -2) for r in results]),
         "meshes_to_failure": ends,
-        "meshes_to_failure_exponent": exponents,
+        "meshes_to_failure_exponent": np.stack(exponents),
         "wear_step_of_failure": _steps_of(meshes, ends),
         "fails_first": np.array([int(first is not None and k == first[0]) for k in range(len(results))]),
     }

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 from semiwear.contact.worn_depth import worn_depth
-from semiwear.meshing.flank_pair import DRIVEN
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.hardness import HardnessProfile, hardness_of_case, hardness_of_table, residual_stress
 from semiwear.ratings.load_factors import load_factors
@@ -187,13 +187,10 @@ class FlankFracture:
     def of(cls, table: tables.FlankFracture, poissons_ratios: tuple[float, float]) -> FlankFracture:
         """The mode of a scene's table."""
         pinion, gear = (
-            FlankMaterial(_hardness(table, body), core, table.material_factor, ratio)
-            for body, core, ratio in zip(
-                ("pinion", "gear"),
-                (table.pinion_core_hardness_HV, table.gear_core_hardness_HV),
-                poissons_ratios,
-                strict=True,
+            FlankMaterial(
+                _hardness(table, body), getattr(table, f"{body}_core_hardness_HV"), table.material_factor, ratio
             )
+            for body, ratio in zip(BODIES, poissons_ratios, strict=True)
         )
         factors = {
             "K_tau,per": f"{_STRENGTH_MPA_PER_HV:g} MPa/HV: shear strength of steel over hardness",

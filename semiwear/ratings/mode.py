@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
 
 _DIFFERENCE = 0.01  # of the required safety, for its derivative
@@ -95,20 +95,15 @@ def rated_locally(steps: Sequence[WornStep], safety_of: Callable[[RatedContact],
 
 def rated_by_flank(flanks: RatedFlanks, safeties: Sequence[FloatArray]) -> Rated:
     """Least safeties and their places from safeties at all nodes, one (body, face, node) array for each wear step."""
-    bodies = flanks.profile.shape[0]
-    by_node = np.stack(safeties).reshape(len(safeties), bodies, -1)
+    by_node = np.stack(safeties).reshape(len(safeties), flanks.profile.shape[0], -1)
     blank = np.isnan(by_node)
-    least = np.where(blank, np.inf, by_node).argmin(axis=2)[..., None]
-    body = np.arange(bodies)
-    missing = blank.all(axis=2)
-    face = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()
+    least = np.where(blank, np.inf, by_node).argmin(axis=2)
+    height, face = places_of(flanks, np.where(blank.all(axis=2), -1, least))
+    return Rated(np.fmin.reduce(by_node, axis=2), height, face, np.asarray(safeties[-1]))
 
-    def or_nan(values: FloatArray) -> FloatArray:
-        return np.where(missing, np.nan, values)
 
-    return Rated(
-        safety=or_nan(np.take_along_axis(by_node, least, axis=2)[..., 0]),
-        height=or_nan(flanks.height.reshape(bodies, -1)[body, least[..., 0]]),
-        face=or_nan(face[least[..., 0]]),
-        flank=np.asarray(safeties[-1]),
-    )
+def places_of(flanks: RatedFlanks, nodes: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Heights and face coordinates of nodes (wear_step, body), numbered along face and profile; NaN for -1 [mm]."""
+    height = flanks.height.reshape(nodes.shape[1], -1)[np.arange(nodes.shape[1]), nodes]
+    face = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()[nodes]
+    return np.where(nodes < 0, np.nan, height), np.where(nodes < 0, np.nan, face)

@@ -2,7 +2,8 @@
 
 A global estimate, to be compared with the wear that is computed locally: friction work times a coefficient, spread
 evenly over the active flank. Its volume is that of the local wear of unworn flanks; it accounts neither for the
-distribution of the sliding nor for the change of the load sharing by wear.
+distribution of the sliding nor for the change of the load sharing by wear. The formulas are as an open program quotes
+them.
 """
 
 from __future__ import annotations
@@ -13,8 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
-
-VDI_2736_SOURCE = "VDI 2736 Part 2:2014, eqs. 8, 9, 19 and 20, formulas as an open program quotes them"
 
 
 def loss_factor(teeth: tuple[int, int], contact_ratios: tuple[float, float], base_helix_cosine: float = 1.0) -> float:

@@ -165,10 +165,8 @@ class Scuffing:
         """The mode of a scene's table."""
         oil = Oil.of(table)
         if table.method == "integral_temperature":
-            limit, symbol = (
-                scuffing_integral_temperature(oil, table.load_stage, table.structural_factor),
-                "theta_intS",
-            )
+            limit = scuffing_integral_temperature(oil, table.load_stage, table.structural_factor)
+            symbol = "theta_intS"
         else:
             limit = scuffing_temperature(oil, table.oil_temperature_C, table.load_stage, table.structural_factor)
             symbol = "theta_S"

@@ -1,4 +1,7 @@
-"""Linear wear of slow gears after Plewe: the wear rate of a test, scaled by pressure, curvature and sliding."""
+"""Linear wear of slow gears after Plewe: the wear rate of a test, scaled by pressure, curvature and sliding.
+
+Source: Plewe 1980, dissertation, TU Munich, as commonly quoted (Niemann and Winter 1989).
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
-
-PLEWE_SOURCE = "Plewe 1980, dissertation, TU Munich, as commonly quoted (Niemann and Winter 1989)"
 
 _PRESSURE_EXPONENT = 1.4
 

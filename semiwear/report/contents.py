@@ -1,8 +1,7 @@
-"""Data of a report, a result with its pictures, and the sections of its page."""
+"""Data of a report: a result with its pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -43,30 +42,3 @@ class ReportData:
     def pictures(self) -> list[Drawn]:
         """Every picture of the result."""
         return draw_all(self.for_pictures)
-
-
-@dataclass(frozen=True)
-class Section:
-    """A section of the page.
-
-    Attributes
-    ----------
-    heading : str or callable
-        Text, or a function that makes it from the data of the report.
-    content : callable
-        Function from the data of the report to HTML; a section whose content is empty is left out.
-    """
-
-    heading: str | Callable[[ReportData], str]
-    content: Callable[[ReportData], str]
-
-
-def filled_sections(sections: tuple[Section, ...], data: ReportData) -> list[tuple[str, str]]:
-    """Headings and HTML of the sections that have content."""
-    found = []
-    for section in sections:
-        content = section.content(data)
-        if content:
-            heading = section.heading if isinstance(section.heading, str) else section.heading(data)
-            found.append((heading, content))
-    return found

@@ -233,31 +233,15 @@ def _wear_by_region(results: TwoResults, body: str, last: tuple[int, int], when:
     scale = max(float(wear.max()) for wear in maps)
     for region, points in regions.points.items():
         border = region is not Region.INSIDE
+        row = Difference(Kind.WEAR, quantity, region.value, when, region=region, body=body, border=border)
         if not points.any():
-            missing = "no point of the grid lies there"
-            yield Difference(
-                Kind.WEAR, quantity, region.value, when, region=region, body=body, border=border, missing=missing
-            )
+            yield replace(row, missing="no point of the grid lies there")
             continue
         difference = np.where(points, np.abs(maps[0] - maps[1]), -1.0)
         at = np.unravel_index(int(difference.argmax()), difference.shape)
         where = f"{region.value}: radius {radius[at]:.1f}, height {height[at]:+.2f} mm".replace("-", "−")
         this, other = (float(wear[at]) for wear in maps)
-        yield Difference(
-            Kind.WEAR,
-            quantity,
-            where,
-            when,
-            this,
-            other,
-            "um",
-            scale,
-            RELATIVE,
-            "of the greatest",
-            region,
-            body,
-            border,
-        )
+        yield replace(row, where=where, this=this, other=other, units="um", scale=scale, scale_text="of the greatest")
 
 
 def _loads(results: TwoResults) -> Iterator[Difference]:

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from semiwear.plot.history import history_of
-from semiwear.plot.style import label
+from semiwear.plot.history import draw_over_meshes
 from semiwear.report.markup import card, element, figure_text, tiles, with_unit
 from semiwear.report.numbers import life_numbers
 from semiwear.report.pictures import figure_uri
@@ -28,7 +27,7 @@ def effects_section(tree: xr.DataTree) -> str:
     """Tiles of the life and of the effects' histories, with charts over the wear steps; empty without them."""
     histories = list(_histories(tree))
     numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in histories)])
-    charts = "".join(_chart(tree, title, series) for title, series in histories if series.size > 1)
+    charts = "".join(_chart(title, series) for title, series in histories if series.size > 1)
     cards = element("div", charts, class_="cards small") if charts else ""
     return numbers + cards
 
@@ -39,13 +38,12 @@ def _histories(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    variables = group_of(tree, "life").data_vars.items()
-    life = {str(name): float(value) for name, value in variables if value.dtype.kind == "f"}
+    life = group_of(tree, "life")
     if not life:
         return
     yield from life_numbers(tree)
     for name, quantity in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
-        change = figure_text(life[f"sensitivity_to_{name}"], 3)
+        change = figure_text(float(life[f"sensitivity_to_{name}"]), 3)
         yield f"Life against {quantity}", f"{change} %", f"for 1 % more {quantity}"
 
 
@@ -58,10 +56,8 @@ def _value(series: xr.DataArray, step: int) -> str:
     return with_unit(float(series[step]), series.attrs["units"])
 
 
-def _chart(tree: xr.DataTree, title: str, series: xr.DataArray) -> str:
-    uri = figure_uri(
-        _SIZE, 1, lambda axes: history_of(tree, str(series.name), axes[0]).set_ylabel(label(series, title))
-    )
+def _chart(title: str, series: xr.DataArray) -> str:
+    uri = figure_uri(_SIZE, 1, lambda axes: draw_over_meshes(axes[0], series, title))
     alt = f"{title} over the wear steps: {_value(series, 0)} at first, {_value(series, -1)} at last."
     long_name = str(series.attrs["long_name"])
     caption = f"{long_name[:1].upper()}{long_name[1:]}."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,10 +16,11 @@ class NotComparable(Exception):
     """The result does not hold what a comparison needs; the message names it."""
 
 
+@dataclass(frozen=True, eq=False)
 class Evidence:
     """A result and the reference it is compared with.
 
-    Parameters
+    Attributes
     ----------
     tree : DataTree
         A result.
@@ -28,10 +30,9 @@ class Evidence:
         Tables of the scene.
     """
 
-    def __init__(self, tree: xr.DataTree, paper: Table, scene: Table):
-        self.tree = tree
-        self.paper = paper
-        self.scene = scene
+    tree: xr.DataTree
+    paper: Table
+    scene: Table
 
     def get(self, group: str, name: str) -> xr.DataArray:
         """A variable of the result, if the gear pair is that of the paper and there are at least three wear steps."""

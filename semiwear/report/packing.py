@@ -27,7 +27,7 @@ class Packer:
     def add(self, values: FloatArray) -> Table:
         """Store an array; returns its description."""
         array = np.asarray(values, float)
-        low = float(array.min(initial=np.inf)) if array.size else 0.0
+        low = float(array.min()) if array.size else 0.0
         step = (float(array.max()) - low) / _STEPS if array.size else 0.0
         whole = np.rint((array - low) / step) if step > 0.0 else np.zeros(array.shape)
         data = whole.astype("<u2").tobytes()

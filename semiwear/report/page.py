@@ -11,7 +11,7 @@ from semiwear.errors import SemiwearError
 from semiwear.plot.style import styled
 from semiwear.plot.two_results import TwoResults
 from semiwear.report import sections
-from semiwear.report.contents import ReportData, Section, filled_sections
+from semiwear.report.contents import ReportData
 from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
 from semiwear.report.first_screen import result_section
@@ -21,27 +21,6 @@ from semiwear.report.turning import script_hashes
 from semiwear.report.verdicts import verdicts_section
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.life_axis import life_in
-
-SECTIONS: tuple[Section, ...] = (
-    Section("Result", result_section),
-    Section("What ends the life", lambda data: ratings_section(data.tree)),
-    Section("Worn flanks", lambda data: cards_of(data, "flank")),
-    Section("Over the life", lambda data: cards_of(data, "life")),
-    Section("Through the mesh", lambda data: cards_of(data, "mesh")),
-    Section("What effects add", lambda data: effects_section(data.tree)),
-    Section(
-        lambda data: heading(data.against) if data.against is not None else "",
-        lambda data: against_section(data.tree, data.against) if data.against is not None else "",
-    ),
-    Section("Against the paper", verdicts_section),
-    Section("Every wear step", lambda data: sections.wear_steps(data.tree)),
-    Section("What ran, and why", lambda data: sections.physics(data.attrs)),
-    Section("Inputs", lambda data: sections.inputs(data.scene, data.attrs.get("scene_toml", ""))),
-    Section("Diagnostics", lambda data: sections.residual_note(data.tree) + sections.diagnostics(data.tree)),
-    Section("Left out", left_out),
-    Section("References", lambda data: sections.references(data.tree)),
-)
-"""The sections in the order of the page: results, how they were computed, inputs."""
 
 
 def write_report(
@@ -94,7 +73,28 @@ def write_report(
 
 
 def _page(data: ReportData) -> str:
-    filled = filled_sections(SECTIONS, data)
-    scripts = script_hashes() if any('id="turning"' in content for _, content in filled) else ()
+    parts = _sections(data)
+    scripts = script_hashes() if any('id="turning"' in content for _, content in parts) else ()
     title, history = data.attrs.get("title", "Gear tooth wear"), data.attrs.get("history", "")
-    return page_of(title, history, filled, data.attrs, scripts)
+    return page_of(title, history, parts, data.attrs, scripts)
+
+
+def _sections(data: ReportData) -> list[tuple[str, str]]:
+    """Headings and HTML in the order of the page: results, how they were computed, inputs."""
+    tree, against, attrs = data.tree, data.against, data.attrs
+    return [
+        ("Result", result_section(data)),
+        ("What ends the life", ratings_section(tree)),
+        ("Worn flanks", cards_of(data, "flank")),
+        ("Over the life", cards_of(data, "life")),
+        ("Through the mesh", cards_of(data, "mesh")),
+        ("What effects add", effects_section(tree)),
+        *([] if against is None else [(heading(against), against_section(tree, against))]),
+        ("Against the paper", verdicts_section(data)),
+        ("Every wear step", sections.wear_steps(tree)),
+        ("What ran, and why", sections.physics(attrs)),
+        ("Inputs", sections.inputs(data.scene, attrs.get("scene_toml", ""))),
+        ("Diagnostics", sections.residual_note(tree) + sections.diagnostics(tree)),
+        ("Left out", left_out(data)),
+        ("References", sections.references(tree)),
+    ]

@@ -19,7 +19,6 @@ def cards_of(data: ReportData, part: str) -> str:
 def card_of(drawn: Drawn) -> str:
     """Card of a picture with its heading, alternative text and caption."""
     picture = drawn.picture
-    in_colours = picture.name in OF_COLOURS
     return card(
         picture.title,
         drawn.uri,
@@ -27,7 +26,7 @@ def card_of(drawn: Drawn) -> str:
         picture.caption,
         picture.size,
         full=picture.both_ends,
-        of_colours=in_colours,
+        of_colours=picture.name in OF_COLOURS,
     )
 
 

@@ -120,7 +120,7 @@ def _png(picture: Picture, tree: xr.DataTree) -> str:
             for step, ax in zip(steps, axes, strict=True):
                 function(tree, wear_step=step, ax=ax)
 
-        return figure_uri(picture.size, len(steps), first_and_last, side_by_side=True)
+        return figure_uri(picture.size, len(steps), first_and_last, columns=len(steps))
     solid = {"projection": "3d"} if picture.name == "wear_surface" else None
 
     options = {"body": picture.body} if picture.body else {}
@@ -137,19 +137,14 @@ def figure_uri(
     panels: int,
     draw_on: Callable[[list[Axes]], object],
     *,
-    side_by_side: bool = False,
     columns: int = 1,
     subplot: dict[str, str] | None = None,
 ) -> str:
-    """A figure of a `size` [inch] in the common style, as a data URI.
-
-    `draw_on` is called with its axes, which stand in `columns` columns or all `side_by_side`.
-    """
+    """A figure of a `size` [inch] in the common style, as a data URI; `draw_on` is called with its axes."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
-    shape = (1, panels) if side_by_side else (panels // columns, columns)
-    draw_on(list(figure.subplots(*shape, squeeze=False, subplot_kw=subplot).flat))
+    draw_on(list(figure.subplots(panels // columns, columns, squeeze=False, subplot_kw=subplot).flat))
     stream = io.BytesIO()
     # transparent, since the background of the page is light or dark
     figure.savefig(stream, format="png", dpi=_PIXELS_PER_INCH, transparent=True, metadata={"Software": None})
@@ -201,7 +196,7 @@ def _pressure_text(tree: xr.DataTree) -> str:
     return f"{text}."
 
 
-def _flank_text(tree: xr.DataTree, body: str = "gear") -> str:
+def _flank_text(tree: xr.DataTree, body: str) -> str:
     flank = tree["flank"].to_dataset().sel(body=body).isel(wear_step=-1)
     wear = flank["wear_depth"].values
     place = np.unravel_index(int(wear.argmax()), wear.shape)

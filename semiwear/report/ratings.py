@@ -87,7 +87,7 @@ def _error(ratings: xr.Dataset, mode: str, body: str) -> str:
 
 def _map(tree: xr.DataTree, mode: str) -> str:
     safety = tree["ratings"].to_dataset()["safety_on_flank"].sel(mode=mode)
-    uri = figure_uri(SIZE_WIDE, 2, lambda axes: safety_map(tree, axes, mode=mode), side_by_side=True)
+    uri = figure_uri(SIZE_WIDE, 2, lambda axes: safety_map(tree, axes, mode=mode), columns=2)
     least = ", ".join(f"{body} {figure_text(float(safety.sel(body=body).min()), 3)}" for body in ("pinion", "gear"))
     meaning = "with the load at each point" if mode == "bending" else "of each point"
     caption = f"Safety {meaning} at the last wear step, along the tooth and over its height; white: not rated."

@@ -174,7 +174,7 @@ def _engagements(rows: list[Difference]) -> str:
     control = [row for row in rows if row.where == "control point" and abs(row.size) <= _SAME_DEPTH]
     if not (meshes and control) or meshes[0].this == meshes[0].other:
         return ""
-    (row,) = meshes[:1]
+    row = meshes[0]
     return (
         f"The states compared have the same wear at the control point, reached in {figure_text(row.this)} and "
         f"{figure_text(row.other)} engagements ({row.text})."

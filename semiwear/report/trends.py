@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from semiwear.report.markup import figure_text
+from semiwear.report.markup import with_unit
 
 REVERSAL_SHARE = 0.05
 """Part of its range by which a rising series may lie below its running maximum."""
@@ -60,16 +60,12 @@ def _monotone(values: np.ndarray, sign: float, reversal: str, units: str) -> Tre
     behind = np.maximum.accumulate(signed) - signed
     worst = int(behind.argmax())
     share = float(behind[worst]) / spread if spread > 0 else 0.0
-    first, last = (_with_units(values[step], units) for step in (0, -1))
+    first, last = (with_unit(values[step], units) for step in (0, -1))
     text = f"{first} at first, {last} at last"
     if share > REVERSAL_SHARE:
         turn = int(signed[: worst + 1].argmax())
         text += (
-            f"; in between it {reversal} from {_with_units(values[turn], units)} at step {turn} to "
-            f"{_with_units(values[worst], units)} at step {worst}, {share:.0%} of its range"
+            f"; in between it {reversal} from {with_unit(values[turn], units)} at step {turn} to "
+            f"{with_unit(values[worst], units)} at step {worst}, {share:.0%} of its range"
         )
     return Trend(bool(signed[-1] > signed[0]) and share <= REVERSAL_SHARE, text)
-
-
-def _with_units(value: float, units: str) -> str:
-    return f"{figure_text(value)} {units}".strip()

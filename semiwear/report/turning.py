@@ -219,20 +219,19 @@ def _along_lines(greatest: FloatArray, hertz: FloatArray) -> FloatArray:
 
 
 def _loaded_rolls(tree: xr.DataTree) -> IntArray:
-    share = group_of(tree, "engagement")["load_share"].values
-    return np.flatnonzero((share > _LOADED).any(axis=0))
-
-
-def _has_loads(tree: xr.DataTree) -> bool:
+    """Indices of the roll positions that bear load; none without line loads."""
     engagement = group_of(tree, "engagement")
-    return "line_load" in engagement and "load_share" in engagement and bool(_loaded_rolls(tree).size)
+    if "line_load" not in engagement or "load_share" not in engagement:
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero((engagement["load_share"].values > _LOADED).any(axis=0))
 
 
 def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: IntArray) -> FloatArray | None:
     """Fractional rows, among the drawn ones, of the contact lines of loaded roll positions, (roll, face)."""
-    if line is None or not _has_loads(tree):
+    rolls = _loaded_rolls(tree)
+    if line is None or not rolls.size:
         return None
-    return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
+    return np.asarray(np.interp(line[rolls], rows, np.arange(rows.size)))
 
 
 def _loads(tree: xr.DataTree, shape: ToothShape, steps: IntArray) -> FloatArray:
@@ -243,9 +242,9 @@ def _loads(tree: xr.DataTree, shape: ToothShape, steps: IntArray) -> FloatArray:
 
 def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | None:
     """Load share of the loaded roll positions; None without line loads."""
-    if not _has_loads(tree):
-        return None
     engagement, rolls = group_of(tree, "engagement"), _loaded_rolls(tree)
+    if not rolls.size:
+        return None
     return {
         "roll": [f"{roll:+.2f}".replace("-", "−") for roll in engagement["roll_position"].values[rolls]],
         "share": pack.add(engagement["load_share"].values[steps][:, rolls]),
@@ -255,7 +254,7 @@ def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | Non
 def _controls(view: Table) -> str:
     """The view with its controls; hidden until the script has drawn it."""
     last = len(view["steps"]) - 1
-    bodies = "".join(_option(k, body["name"]) for k, body in enumerate(view["bodies"]))
+    bodies = "".join(element("option", body["name"], value=str(k)) for k, body in enumerate(view["bodies"]))
     parts = [
         _labelled("Flank of", element("select", bodies, id="turning-body")) if len(view["bodies"]) > 1 else "",
         _labelled("Colours", element("select", "", id="turning-quantity")),
@@ -291,10 +290,6 @@ def _controls(view: Table) -> str:
         "edges of the unworn flank. Bright: the loaded part of the contact line. Roll positions are in base pitches "
         "from the pitch point.</p></figcaption></figure>"
     )
-
-
-def _option(value: int, text: str) -> str:
-    return f'<option value="{value}">{text}</option>'
 
 
 def _labelled(text: str, control: str, output: str = "") -> str:

@@ -41,7 +41,7 @@ def _rules(found: Comparison) -> str:
 
 def _statements(data: ReportData, found: Comparison) -> str:
     titles = {picture.name: picture.title for picture in PICTURES}
-    order = [picture.name for picture in PICTURES]
+    order = list(titles)
     by_picture = groupby(
         sorted(found.statements, key=lambda entry: order.index(entry.picture)), lambda entry: entry.picture
     )

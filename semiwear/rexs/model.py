@@ -10,7 +10,7 @@ import json
 import os
 import zipfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -87,7 +87,7 @@ class RexsModel:
     version: str
     components: Mapping[str, Component]
     relations: tuple[Relation, ...]
-    load_cases: tuple[Mapping[str, Component], ...] = field(default=())
+    load_cases: tuple[Mapping[str, Component], ...]
 
     def related(self, kind: str, **ends: str) -> Iterator[Mapping[str, str]]:
         """Ends of the relations of a kind with the given components in the given roles."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.oil_and_case import OIL_AND_CASE
 from tests.strategies.ratings import RATED
 
 pytestmark = pytest.mark.slow
@@ -24,12 +24,8 @@ GRID = {"face_slices": 9, "roll_positions": 16, "profile_points": 61, "harmonics
 SCENE = sw.load_scene("spur_fzg_c").replace(
     RATED
     | {f"numerics.{name}": value for name, value in GRID.items()}
-    | {
-        "effects.flash_temperature": {},
-        "effects.micropitting": MICROPITTING,
-        "effects.scuffing": SCUFFING,
-        "effects.flank_fracture": FLANK_FRACTURE,
-    }
+    | OIL_AND_CASE
+    | {"effects.flash_temperature": {}}
 )
 
 

@@ -1,6 +1,6 @@
 """Estimates of wear for whole flanks: VDI 2736 against a report of the FVA-Workbench, Plewe's against its test."""
 
-from math import acos, cos, pi, radians, sin, sqrt, tan
+from math import cos, pi, radians
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from semiwear.ratings.plastic_wear import (
     tooth_temperature,
 )
 from semiwear.ratings.slow_speed_wear import slow_speed_wear
+from tests.strategies.spur_pair import C_GF
 
 # Steel pinion and plastic wheel, z = 51/52, m_n = 1 mm, b = 15 mm: a report of the FVA-Workbench as the tests of an
 # open program quote it (its kst-E example, 2026)
@@ -69,13 +70,10 @@ def test_beside_the_local_wear_of_fresh_flanks():
     grid = {"face_slices": 11, "roll_positions": 32, "profile_points": 121, "harmonics": 3, "wear_steps": 1}
     changes = {f"numerics.{name}": value for name, value in grid.items()}
     tree = sw.simulate(sw.load_scene("spur_fzg_c").replace(changes | {"wear.until.meshes": meshes}))
-    base = [0.5 * z * 4.5 * cos(radians(20.0)) for z in (16, 24)]
-    angle = acos(sum(base) / 91.5)
-    tip = [sqrt((0.5 * d) ** 2 - b**2) for d, b in zip((82.46, 118.36), base, strict=True)]
-    ratios = [(t - b * tan(angle)) / (2.0 * pi * base[0] / 16) for t, b in zip(tip, base, strict=True)]
-    loss = loss_factor((16, 24), (ratios[0], ratios[1]))
+    base, tip = C_GF.base_radius, C_GF.tip_curvature
+    loss = loss_factor(C_GF.teeth, C_GF.addendum_ratios)
     for body, teeth, torque, turns in ((0, 16, 302.0, 1.5 * meshes), (1, 24, 453.0, meshes)):
-        length = active_profile_length(base[body], 91.5 * sin(angle) - tip[1 - body], tip[body])
+        length = active_profile_length(base[body], C_GF.action - tip[1 - body], tip[body])
         depth = float(plastic_wear(torque, turns, loss, 1e3 * coefficient, 14.0, teeth, length))
         local = tree["history"].wear_volume[-1, body]
         assert depth * length * 14.0 == pytest.approx(float(local), rel=0.01)

@@ -1,65 +1,41 @@
 """Friction of a spur pair, whose mesh is integrated slice by slice, against Ohlendorf's loss factor."""
 
 from dataclasses import dataclass
-from math import acos, cos, pi, radians, sqrt, tan
+from math import pi
 
 import numpy as np
 import pytest
 
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.friction import Friction, mesh_efficiency, power_loss
+from tests.strategies.spur_pair import SpurPair
 
 
 @dataclass(frozen=True)
-class SpurPair:
-    """Involute spur pair; its path of contact by the distance from the pitch point, in base pitches."""
+class LoadedPair:
+    """Spur pair under load; its path of contact by the distance from the pitch point, in base pitches."""
 
-    teeth: tuple[int, int]
-    module: float
-    centre_distance: float
-    tip_radius: tuple[float, float]
+    pair: SpurPair
     speed: float = 100.0  # rad/s of the pinion
     torque: float = 1e5  # N mm on the pinion
-    width: float = 12.0
-
-    @property
-    def base_radius(self) -> tuple[float, float]:
-        return tuple(0.5 * self.module * z * cos(radians(20.0)) for z in self.teeth)
-
-    @property
-    def working_angle(self) -> float:
-        return acos(sum(self.base_radius) / self.centre_distance)
-
-    @property
-    def base_pitch(self) -> float:
-        return 2.0 * pi * self.base_radius[0] / self.teeth[0]
-
-    @property
-    def addendum_ratio(self) -> tuple[float, float]:
-        """eps_1 and eps_2: parts of the contact ratio in front of and behind the pitch point."""
-        angle = tan(self.working_angle)
-        return tuple(
-            (sqrt(tip**2 - base**2) - base * angle) / self.base_pitch
-            for tip, base in zip(self.tip_radius, self.base_radius, strict=True)
-        )
 
     def radii(self, roll):
         """Radii of curvature of both flanks."""
-        angle, at = tan(self.working_angle), roll * self.base_pitch
-        return self.base_radius[0] * angle + at, self.base_radius[1] * angle - at
+        (first, second), at = self.pair.pitch_curvature, roll * self.pair.base_pitch
+        return first + at, second - at
 
     def roll(self, positions=20001):
-        first, second = self.addendum_ratio
+        first, second = self.pair.addendum_ratios
         return np.linspace(-second, first, positions)
 
     def share(self, roll):
-        first, second = self.addendum_ratio
+        first, second = self.pair.addendum_ratios
         return 1.0 / (1.0 + (roll + 1.0 < first) + (roll - 1.0 > -second))
 
     def conditions(self, roll, slices=3) -> ContactConditions:
         driving, driven = self.radii(roll)
-        speed = np.stack([self.speed * driving, self.speed * self.teeth[0] / self.teeth[1] * driven])
-        load = self.torque / self.base_radius[0] / self.width * self.share(roll)
+        speed = np.stack([self.speed * driving, self.speed * self.pair.teeth[0] / self.pair.teeth[1] * driven])
+        load = self.torque / self.pair.base_radius[0] / self.pair.width * self.share(roll)
         every = [
             np.repeat(values[:, None], slices, axis=1) for values in (load, 1.0 / driving + 1.0 / driven, *speed)
         ]
@@ -73,29 +49,21 @@ class SpurPair:
         )
 
     def loss_factor(self) -> float:
-        (first, second), (z1, z2) = self.addendum_ratio, self.teeth
+        (first, second), (z1, z2) = self.pair.addendum_ratios, self.pair.teeth
         u = z2 / z1
         return pi * (u + 1.0) / (z1 * u) * (1.0 - first - second + first**2 + second**2)
 
 
-PLAIN = SpurPair(teeth=(20, 40), module=3.0, centre_distance=90.0, tip_radius=(33.0, 63.0))
+PLAIN = LoadedPair(SpurPair((20, 40), 3.0, 90.0, (33.0, 63.0), 12.0))
 # FZG type C test gears, as a public program reports them (C. M. C. G. Fernandes, GEARpie, 2022, report of C40)
-FZG_C = SpurPair(
-    teeth=(16, 24),
-    module=4.5,
-    centre_distance=91.5,
-    tip_radius=(41.318, 59.272),
-    speed=2.0 * pi * 30.0,
-    torque=215.5e3,
-    width=40.0,
-)
+FZG_C = LoadedPair(SpurPair((16, 24), 4.5, 91.5, (41.318, 59.272), 40.0), 2.0 * pi * 30.0, 215.5e3)
 
 
-def efficiency(pair: SpurPair, friction: Friction, slices: int = 3) -> float:
-    roll = pair.roll()
-    conditions = pair.conditions(roll, slices)
-    loss = power_loss(conditions, friction.coefficient_of(conditions), np.full(slices, pair.width / slices))
-    return mesh_efficiency(loss, roll, 1e-3 * pair.torque * pair.speed)
+def efficiency(loaded: LoadedPair, friction: Friction, slices: int = 3) -> float:
+    roll = loaded.roll()
+    conditions = loaded.conditions(roll, slices)
+    loss = power_loss(conditions, friction.coefficient_of(conditions), np.full(slices, loaded.pair.width / slices))
+    return mesh_efficiency(loss, roll, 1e-3 * loaded.torque * loaded.speed)
 
 
 @pytest.mark.parametrize("pair", [PLAIN, FZG_C])
@@ -165,13 +133,13 @@ def test_slices_without_load_rub_nothing(law):
 
 
 def test_moments_with_friction_differ_by_the_power_loss():
-    pair, roll, mu = FZG_C, FZG_C.roll(41), 0.08
-    state = pair.conditions(roll, 1)
+    pair, roll, mu = FZG_C.pair, FZG_C.roll(41), 0.08
+    state = FZG_C.conditions(roll, 1)
     side = state.sliding_direction[:, 0]
     force = state.line_load[:, 0] * pair.width
     # of the normal force about both axes, friction included: it acts along the tangent, at the radius of curvature
-    levers = [base + mu * side * rho for base, rho in zip(pair.base_radius, pair.radii(roll), strict=True)]
-    speeds = pair.speed, pair.speed * pair.teeth[0] / pair.teeth[1]
+    levers = [base + mu * side * rho for base, rho in zip(pair.base_radius, FZG_C.radii(roll), strict=True)]
+    speeds = FZG_C.speed, FZG_C.speed * pair.teeth[0] / pair.teeth[1]
     loss = 1e-3 * force * (levers[0] * speeds[0] - levers[1] * speeds[1])
     expected = power_loss(state, np.full_like(state.line_load, mu), np.full(1, pair.width))
     np.testing.assert_allclose(loss, expected, rtol=1e-9, atol=1e-9 * expected.max())

@@ -1,6 +1,6 @@
 """Micropitting against the standard's own figure for test gears, printed pressures and formulas of others."""
 
-from math import acos, cos, log10, radians, tan
+from math import log10
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from semiwear.contact.film_thickness import dowson_higginson_minimum
 from semiwear.ratings.load_stages import TEST_TORQUE_NM, bulk_temperature, film_of_test, mean_friction
 from semiwear.ratings.oil import Oil
 from semiwear.ratings.specific_film import FilmContact, permissible_film, specific_film
+from tests.strategies.spur_pair import C_GF
 
 MODULUS = effective_modulus(206e3, 0.3, 206e3, 0.3)
 
@@ -44,10 +45,9 @@ PITCH_PRESSURE = {5: 795.1, 6: 945.1, 7: 1093.9, 8: 1244.9, 9: 1395.4, 10: 1547.
 @pytest.mark.parametrize("stage", TEST_TORQUE_NM)
 def test_pressures_of_the_load_stages(stage):
     """FVA information sheet 54/7: Hertz pressure of the C-GF gears at the pitch point."""
-    base = [0.5 * z * 4.5 * cos(radians(20.0)) for z in (16, 24)]
-    radii = [b * tan(acos(sum(base) / 91.5)) for b in base]
-    load = 1e3 * TEST_TORQUE_NM[stage] / base[0] / 14.0
-    pressure = line_contact_pressure(np.array(load), np.array(1.0 / radii[0] + 1.0 / radii[1]), MODULUS)
+    load = 1e3 * TEST_TORQUE_NM[stage] / C_GF.base_radius[0] / C_GF.width
+    first, second = C_GF.pitch_curvature
+    pressure = line_contact_pressure(np.array(load), np.array(1.0 / first + 1.0 / second), MODULUS)
     assert float(pressure) == pytest.approx(PITCH_PRESSURE[stage], rel=0.003)
 
 

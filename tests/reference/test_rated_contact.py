@@ -1,6 +1,6 @@
 """Modes of film, heat and depth in whole runs: test gears, closed forms, and the trends that they owe."""
 
-from math import acos, cos, pi, radians, tan
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -15,15 +15,17 @@ from semiwear.ratings.load_stages import TEST_TORQUE_NM, bulk_temperature, film_
 from semiwear.ratings.oil import Oil
 from semiwear.ratings.overload import raised
 from semiwear.scene import Scene, scene_from_dict
-from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.oil_and_case import OIL_AND_CASE
 from tests.strategies.point_flanks import exported
+from tests.strategies.spur_pair import C_GF
 
 OIL = Oil("mineral", 220.0, 19.0, 890.0)
 BODIES = ("pinion", "gear")
 MODES = ("micropitting", "scuffing", "flank_fracture")
 
 SPUR = sw.load_scene("spur_fzg_c").replace(
-    {
+    OIL_AND_CASE
+    | {
         "numerics.face_slices": 11,
         "numerics.roll_positions": 24,
         "numerics.profile_points": 81,
@@ -32,9 +34,6 @@ SPUR = sw.load_scene("spur_fzg_c").replace(
         "wear.until.meshes": 1.0,
         "operation.pinion_speed_rpm": 2250.0,
         "effects.flash_temperature.specific_heat_J_per_kgK": 440.0,
-        "effects.micropitting": MICROPITTING,
-        "effects.scuffing": SCUFFING,
-        "effects.flank_fracture": FLANK_FRACTURE,
     }
 )
 
@@ -58,10 +57,9 @@ def test_micropitting_test_as_a_run(stage):
     begins; the solved share of the load there is not the test's. The two together leave the film within 10 %.
     """
     torque, speed = TEST_TORQUE_NM[stage], 2250.0 * pi / 30.0
-    base = [0.5 * z * 4.5 * cos(radians(20.0)) for z in (16, 24)]
-    radii = [b * tan(acos(sum(base) / 91.5)) for b in base]
-    load, viscosity = 1e3 * torque / base[0] / 14.0, float(OIL.dynamic_viscosity(90.0))
-    friction = mean_friction(load, 2e-3 * speed * radii[0], radii[0] * radii[1] / sum(radii), viscosity, 0.5, 1.0)
+    first, second = C_GF.pitch_curvature
+    load, viscosity = 1e3 * torque / C_GF.base_radius[0] / C_GF.width, float(OIL.dynamic_viscosity(90.0))
+    friction = mean_friction(load, 2e-3 * speed * first, first * second / C_GF.action, viscosity, 0.5, 1.0)
     bulk = bulk_temperature(90.0, 1e-3 * torque * speed * friction * 0.195, 91.5 * 14.0)
     changes = {
         "operation.pinion_torque_Nm": torque,

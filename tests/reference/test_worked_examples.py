@@ -54,6 +54,7 @@ from semiwear.ratings.scuffing import (
 )
 from semiwear.ratings.specific_film import FilmContact, permissible_film, specific_film
 from semiwear.scene import rating_tables
+from tests.strategies.spur_pair import C_GF
 
 EXAMPLES = tomllib.loads((Path(__file__).parent / "worked_examples.toml").read_text(encoding="utf-8"))
 MODULUS = effective_modulus(206e3, 0.3, 206e3, 0.3)
@@ -104,11 +105,9 @@ def test_gear_of_the_test():
     """
     printed = EXAMPLES["micropitting_test"]
     assert TEST_TORQUE_NM[printed["load_stage"]] == printed["torque_Nm"]
-    base = [0.5 * z * 4.5 * cos(radians(20.0)) for z in (16, 24)]
-    action = 91.5 * sin(acos(sum(base) / 91.5))
-    second = sqrt((0.5 * 118.36) ** 2 - base[1] ** 2)
-    first = action - second
-    radius, speed = first * second / action, 2250.0 * pi / 30.0
+    second = C_GF.tip_curvature[1]
+    first = C_GF.action - second
+    radius, speed = first * second / C_GF.action, 2250.0 * pi / 30.0
     pressure = sqrt(printed["line_load_A"] * MODULUS / (pi * radius))
     state = conditions(pressure, radius, (speed * first, speed * second * 16.0 / 24.0))
     found = film(state, printed["contact_temperature_A"], printed["bulk_temperature"], 0.5)

@@ -11,8 +11,8 @@ def displacements():
     """Rotations about the axis by any angle, and shifts along it by up to 0.05 mm."""
     return st.builds(
         Displacement.about_axis,
-        st.floats(-3.1, 3.1, allow_nan=False),
-        st.floats(-0.05, 0.05, allow_nan=False),
+        st.floats(-3.1, 3.1),
+        st.floats(-0.05, 0.05),
     )
 
 

@@ -4,6 +4,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+import semiwear as sw
+
 PITTING: dict[str, Any] = {
     "pinion_limit_MPa": 1500.0,
     "gear_limit_MPa": 1450.0,
@@ -26,9 +28,18 @@ RATED: dict[str, Any] = {
 }
 """Changes of a scene that rate both modes."""
 
-
-def _between(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(low, high, allow_nan=False)
+RATED_SPUR = sw.load_scene("spur_fzg_c").replace(
+    RATED
+    | {
+        "operation.pinion_torque_Nm": 200.0,
+        "numerics.face_slices": 11,
+        "numerics.roll_positions": 12,
+        "numerics.profile_points": 61,
+        "numerics.harmonics": 5,
+        "numerics.wear_steps": 2,
+    }
+)
+"""A small scene in which pitting ends the life."""
 
 
 def pitting_tables() -> st.SearchStrategy[dict[str, Any]]:
@@ -36,20 +47,20 @@ def pitting_tables() -> st.SearchStrategy[dict[str, Any]]:
     curves = st.sampled_from(["hardened", "hardened_some_pits", "nitrided", "nitrocarburized"])
     return st.fixed_dictionaries(
         {
-            "pinion_limit_MPa": _between(300.0, 1650.0),
-            "gear_limit_MPa": _between(300.0, 1650.0),
+            "pinion_limit_MPa": st.floats(300.0, 1650.0),
+            "gear_limit_MPa": st.floats(300.0, 1650.0),
             "pinion_life_curve": curves,
             "gear_life_curve": curves,
             "film_factors": st.just("from_oil"),
-            "viscosity_40_mm2_per_s": _between(20.0, 1000.0),
-            "roughness_Rz_um": _between(0.5, 10.0),
+            "viscosity_40_mm2_per_s": st.floats(20.0, 1000.0),
+            "roughness_Rz_um": st.floats(0.5, 10.0),
         },
         optional={
-            "life_factor_at_1e10": _between(0.85, 1.0),
-            "gear_work_hardening_factor": _between(1.0, 1.2),
-            "size_factor": _between(0.7, 1.0),
-            "application_factor": _between(1.0, 2.0),
-            "required_safety": _between(0.5, 2.0),
+            "life_factor_at_1e10": st.floats(0.85, 1.0),
+            "gear_work_hardening_factor": st.floats(1.0, 1.2),
+            "size_factor": st.floats(0.7, 1.0),
+            "application_factor": st.floats(1.0, 2.0),
+            "required_safety": st.floats(0.5, 2.0),
         },
     )
 
@@ -61,18 +72,18 @@ def bending_tables() -> st.SearchStrategy[dict[str, Any]]:
     )
     return st.fixed_dictionaries(
         {
-            "pinion_limit_MPa": _between(100.0, 525.0),
-            "gear_limit_MPa": _between(100.0, 525.0),
+            "pinion_limit_MPa": st.floats(100.0, 525.0),
+            "gear_limit_MPa": st.floats(100.0, 525.0),
             "pinion_life_curve": curves,
             "gear_life_curve": curves,
-            "root_roughness_Rz_um": _between(1.0, 40.0),
+            "root_roughness_Rz_um": st.floats(1.0, 40.0),
         },
         optional={
-            "life_factor_at_1e10": _between(0.85, 1.0),
-            "notch_sensitivity_factor": _between(0.7, 1.2),
-            "size_factor": _between(0.7, 1.0),
-            "mean_stress_factor": _between(0.4, 1.0),
-            "dynamic_factor": _between(1.0, 1.5),
-            "required_safety": _between(0.5, 2.0),
+            "life_factor_at_1e10": st.floats(0.85, 1.0),
+            "notch_sensitivity_factor": st.floats(0.7, 1.2),
+            "size_factor": st.floats(0.7, 1.0),
+            "mean_stress_factor": st.floats(0.4, 1.0),
+            "dynamic_factor": st.floats(1.0, 1.5),
+            "required_safety": st.floats(0.5, 2.0),
         },
     )

@@ -1,5 +1,6 @@
 """Results made of smooth formulas, shaped like the wear of the face gear pair, and random small ones."""
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -145,17 +146,10 @@ def _tree(wear_steps: int, profiles: int, faces: int, mesh_positions: int, scene
     mean = -10.0 - 2.83 * life
     amplitude = 3.0 + 1.31 * life
     wave = np.cos(2 * np.pi * mesh_position) / 2
-    gear_wear = flank["wear_depth"][:, 1]
-    zone = flank["zone"][1]
-    history = {
-        f"wear_depth_max_{name}": np.where(zone == value, gear_wear, 0.0).max(axis=(1, 2))
-        for value, name in enumerate(("root", "pitch", "addendum"))
-    }
-    pinion_wear, pinion_zone = flank["wear_depth"][:, 0], flank["zone"][0]
-    history |= {
-        f"wear_depth_max_pinion_{name}": np.where(pinion_zone == value, pinion_wear, 0.0).max(axis=(1, 2))
-        for value, name in enumerate(("root", "pitch", "addendum"))
-    }
+    history = {}
+    for stem, wear, zone in zip(("pinion_", ""), flank["wear_depth"].swapaxes(0, 1), flank["zone"], strict=True):
+        for value, name in enumerate(("root", "pitch", "addendum")):
+            history[f"wear_depth_max_{stem}{name}"] = np.where(zone == value, wear, 0.0).max(axis=(1, 2))
     history |= {
         "wear_depth_max": flank["wear_depth"].max(axis=(2, 3)),
         "wear_depth_control_point": 60.0 * life,
@@ -236,6 +230,31 @@ def _tree(wear_steps: int, profiles: int, faces: int, mesh_positions: int, scene
             references="Archard 1953, J. Appl. Phys. 24, 981-988\nJohnson 1985, Contact Mechanics",
         ),
     )
+
+
+def changed(tree: xr.DataTree, path: str, change: Callable[[np.ndarray], np.ndarray]) -> xr.DataTree:
+    """A copy in which a variable is changed."""
+    copy = tree.copy(deep=True)
+    copy[path].values[:] = change(copy[path].values)
+    return copy
+
+
+def without(tree: xr.DataTree, group: str, *names: str) -> xr.DataTree:
+    """A copy without a group, or without some of its variables."""
+    copy = tree.copy(deep=True)
+    if names:
+        copy[group] = xr.DataTree(copy[group].to_dataset().drop_vars(names))
+    else:
+        del copy[group]
+    return copy
+
+
+def of_one_state(tree: xr.DataTree) -> xr.DataTree:
+    """A copy whose engagement and mesh cycle are those of a single contact: of one wear step, without meshes."""
+    copy = tree.copy(deep=True)
+    for group in ("engagement", "mesh_cycle"):
+        copy[group] = xr.DataTree(copy[group].to_dataset().isel(wear_step=[0]).drop_vars("meshes"))
+    return copy
 
 
 def trees() -> st.SearchStrategy[xr.DataTree]:

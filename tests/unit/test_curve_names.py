@@ -63,4 +63,3 @@ def test_the_name_of_a_place_at_a_border_lies_within_the_axes(height):
     figure.canvas.draw()
     lies, frame = ax.texts[0].get_window_extent(), ax.get_window_extent()
     assert frame.y0 - 2.0 <= lies.y0 and lies.y1 <= frame.y1 + 2.0
-    plt.close(figure)

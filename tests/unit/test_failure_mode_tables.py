@@ -7,10 +7,9 @@ import pytest
 
 import semiwear as sw
 from tests.scenes import problems_of
+from tests.strategies.oil_and_case import OIL
 
 SPUR = sw.load_scene("spur_fzg_c").replace({"operation.pinion_speed_rpm": 1500.0})
-OIL = {"oil_family": "mineral", "viscosity_40_mm2_per_s": 220.0, "viscosity_100_mm2_per_s": 19.0}
-OIL |= {"density_15_kg_per_m3": 890.0}
 _LIMITS = {f"{body}_{name}" for body in ("pinion", "gear") for name in ("limit_MPa", "life_curve")}
 REQUIRED = {
     "pitting": {*_LIMITS, "viscosity_40_mm2_per_s", "roughness_Rz_um"},

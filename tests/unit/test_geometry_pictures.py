@@ -1,8 +1,5 @@
 """Pictures of teeth: both bodies touch at the pitch point, and the path ends on their tips."""
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -47,7 +44,6 @@ def test_teeth_touch_at_the_pitch_point_and_do_not_cross(case):
     near = [outline[np.abs(outline[:, 0]) < 0.45 * module] for outline in near]
     across = [np.interp(0.3 * module * np.array([-1, 1]), *(o[np.argsort(o[:, 1])].T[::-1])) for o in near]
     assert np.all(side * (across[0] - across[1]) > -0.01 * module)
-    plt.close("all")
 
 
 def test_the_path_of_contact_is_that_of_the_analysis():
@@ -58,7 +54,6 @@ def test_the_path_of_contact_is_that_of_the_analysis():
     found = analysis.path_of_contact.values[[0, -1], :2]
     found = found - np.array([0.0, -0.5 * 91.5 * 16 / 40 * 2])
     assert np.allclose(sorted(path.tolist()), sorted(found.tolist()), atol=0.05)
-    plt.close("all")
 
 
 @pytest.mark.parametrize("teeth", [16, -60])
@@ -89,7 +84,6 @@ def test_sections_of_a_face_gear_stand_on_one_pitch_plane():
         assert section[:, 1].min() == pytest.approx(-7.9375, abs=1e-6)
     widths = [np.ptp(section[section[:, 1] > 6.3, 0]) for section in sections]
     assert widths == sorted(widths, reverse=True)  # it points towards the outer radius
-    plt.close("all")
 
 
 @pytest.mark.parametrize("case", ["spur", "face gear"])
@@ -99,7 +93,6 @@ def test_every_picture_of_a_kind_is_drawn(case, tmp_path):
     _, given = plt.subplots()
     assert path_on_flank(scene, given) is given
     assert tooth_sections(scene, "pinion", given) is given
-    plt.close("all")
 
 
 def test_a_picture_is_saved(tmp_path):

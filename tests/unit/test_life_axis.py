@@ -2,10 +2,6 @@
 
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -69,7 +65,6 @@ def test_wear_steps_are_told_in_hours(tree):
         assert ax.get_xlabel() == "Running time (h)"
         assert ax.get_lines()[0].get_xdata()[-1] == pytest.approx(expected[-1])
     assert "meshes" in sw.plot.wear_history(tree).get_xlabel()
-    plt.close("all")
 
 
 def test_wear_steps_are_told_in_kilometres_of_sliding(tree):
@@ -79,13 +74,12 @@ def test_wear_steps_are_told_in_kilometres_of_sliding(tree):
     expected = 1e-6 * trapezoid(sliding, meshes)
     assert told["history"]["meshes"].values[-1] == pytest.approx(expected)
     assert sw.plot.wear_history(told).get_xlabel() == "Sliding of the gear's flank (km)"
-    plt.close("all")
 
 
 def test_a_report_counts_in_what_is_asked_for(tree, tmp_path, monkeypatch):
     seen, _ = [], sw.report
     monkeypatch.setattr(sys.modules["semiwear.report.contents"], "draw_all", lambda drawn: seen.append(drawn) or [])
-    monkeypatch.setattr(sys.modules["semiwear.report.page"], "filled_sections", lambda sections, data: data.pictures)
+    monkeypatch.setattr(sys.modules["semiwear.report.page"], "_sections", lambda data: data.pictures)
     sw.report(tree, tmp_path / "a.html", over="hours")
     sw.report(tree, tmp_path / "a.html")
     assert seen[0]["history"]["meshes"].attrs["units"] == "h"

@@ -8,24 +8,10 @@ import pytest
 import semiwear as sw
 from semiwear.errors import SceneError
 from semiwear.report import write_report
-from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
-from tests.strategies.ratings import RATED
+from tests.strategies.oil_and_case import OIL_AND_CASE
+from tests.strategies.ratings import RATED_SPUR
 
-SMALL = sw.load_scene("spur_fzg_c").replace(
-    RATED
-    | {
-        "effects.flash_temperature": {},
-        "effects.micropitting": MICROPITTING,
-        "effects.scuffing": SCUFFING,
-        "effects.flank_fracture": FLANK_FRACTURE,
-        "operation.pinion_torque_Nm": 200.0,
-        "numerics.face_slices": 11,
-        "numerics.roll_positions": 12,
-        "numerics.profile_points": 61,
-        "numerics.harmonics": 5,
-        "numerics.wear_steps": 2,
-    }
-)
+SMALL = RATED_SPUR.replace(OIL_AND_CASE | {"effects.flash_temperature": {}})
 SPECTRUM = {"effects.load_spectrum": {"torques_Nm": [150.0, 250.0], "shares": [0.7, 0.3]}}
 WITHOUT_MEMORY = ["micropitting", "scuffing", "flank_fracture"]
 

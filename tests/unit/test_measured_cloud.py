@@ -11,6 +11,7 @@ from semiwear.geometry.point_grid import read_point_grid, write_point_grid
 from semiwear.measured.comparison import grid_of
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.predicted import FlankReading
+from semiwear.measured.rigid import Displacement
 
 SPUR = sw.load_scene("spur_fzg_c")
 FLANK = nominal_flank(SPUR, "gear")
@@ -27,10 +28,8 @@ def scanned(count=6000, noise=3e-4, turn=0.7):
     v, u = rng.uniform(-0.02, 1.02, (2, count))
     points, normals = FLANK.points(*FLANK.places(v, u))
     points = points - (depth_at(u) - noise * rng.normal(size=count))[:, None] * normals
-    c, s = np.cos(turn), np.sin(turn)
     others = rng.normal(size=(count // 10, 3)) * [8.0, 8.0, 5.0] + points.mean(axis=0)
-    cloud = np.vstack([points, others]) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return rng.permutation(cloud)
+    return rng.permutation(Displacement.about_axis(turn).apply(np.vstack([points, others])))
 
 
 CLOUD = scanned()
@@ -93,8 +92,7 @@ def whole_tooth(body, teeth, count=6000, turn=0.3):
         across = rng.random(len(points)) if share is None else share
         angle = angle + 2.0 * across * (centre - angle)
         parts.append(np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2]]))
-    c, s = np.cos(turn), np.sin(turn)
-    return np.vstack(parts) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Displacement.about_axis(turn).apply(np.vstack(parts))
 
 
 @pytest.mark.parametrize(("body", "teeth"), [("pinion", 16), ("gear", 24)])

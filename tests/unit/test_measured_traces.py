@@ -1,5 +1,6 @@
 """Profile and lead traces: the surface between them, their files, and what is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,8 +51,8 @@ def test_one_profile_and_one_lead_miss_the_twist_and_say_so():
 
 
 def test_teeth_are_averaged_unless_one_is_named():
-    traces = [trace("profile", 0.5), trace("profile", 0.5, tooth=2)]
-    traces[1] = Trace("profile", "left", 2, traces[1].diameter, traces[1].z, 3.0 * traces[0].deviation)
+    first = trace("profile", 0.5)
+    traces = [first, replace(first, tooth=2, deviation=3.0 * first.deviation)]
     both, one = sw.flank_from_traces(SPUR, traces), sw.flank_from_traces(SPUR, traces, tooth=1)
     np.testing.assert_allclose(both.grid.deviation, 2.0 * one.grid.deviation, atol=1e-9)
     assert "2 teeth" in str(both) and "2 teeth" not in str(one)
@@ -154,11 +155,11 @@ def test_lengths_of_roll_need_the_base_circle(tmp_path):
 def test_traces_that_cannot_be_of_the_flank_are_refused_at_once():
     good = trace("profile", 0.5, count=40)
     bad = [
-        Trace("profile", "left", 1, good.diameter, good.z + 50.0, good.deviation),
-        Trace("profile", "left", 2, good.diameter / 2.0, good.z, good.deviation),
-        Trace("profile", "left", 3, good.diameter, good.z, 1e3 * good.deviation),
-        Trace("profile", "left", 4, good.diameter[:2], good.z[:2], good.deviation[:2]),
-        Trace("profile", "left", 5, good.diameter, good.z, np.full(40, np.nan)),
+        replace(good, tooth=1, z=good.z + 50.0),
+        replace(good, tooth=2, diameter=good.diameter / 2.0),
+        replace(good, tooth=3, deviation=1e3 * good.deviation),
+        replace(good, tooth=4, diameter=good.diameter[:2], z=good.z[:2], deviation=good.deviation[:2]),
+        replace(good, tooth=5, deviation=np.full(40, np.nan)),
     ]
     with pytest.raises(sw.SceneError) as caught:
         sw.flank_from_traces(SPUR, bad)

@@ -24,25 +24,14 @@ from semiwear.results.rating_errors import safety_and_life_errors
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.screen_ratings import nearness
 from tests.scenes import problems_of
-from tests.strategies.ratings import BENDING, PITTING, RATED
+from tests.strategies.ratings import BENDING, PITTING
+from tests.strategies.ratings import RATED_SPUR as SMALL
 from tests.strategies.results import synthetic_tree
 
 life_module = import_module("semiwear.life")
 SLOPE = 13.22  # of the curve below: one power law from static strength to the end
 CURVE = LifeCurve((1e5, 5e7), (1600.0, 1600.0 * 500.0 ** (-1.0 / SLOPE)))
 ISO = pitting_curve(1500.0, "hardened", 0.85, 1.0, 1.0)
-
-SMALL = sw.load_scene("spur_fzg_c").replace(
-    RATED
-    | {
-        "operation.pinion_torque_Nm": 200.0,
-        "numerics.face_slices": 11,
-        "numerics.roll_positions": 12,
-        "numerics.profile_points": 61,
-        "numerics.harmonics": 5,
-        "numerics.wear_steps": 2,
-    }
-)
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from semiwear.report.markup import figure_text
 from semiwear.report.measures import MEASURES
 from semiwear.report.pictures import PICTURES
 from semiwear.report.trends import LEVEL_SHARE, levels, rises
-from tests.strategies.results import SCENE, synthetic_tree
+from tests.strategies.results import SCENE, changed, of_one_state, synthetic_tree, without
 
 PAPER, STATED = load_reference("seed_paper"), load_statements("seed_paper")
 NO_REFERENCE = SCENE.replace('reference = "seed_paper"\n', "")
@@ -55,12 +55,6 @@ def verdicts(tree, scene=None):
         **(scene or {}),
     }
     return {entry.statement: entry for entry in compare("seed_paper", tree, scene).statements}
-
-
-def altered(tree, path, change):
-    copy = tree.copy(deep=True)
-    copy[path].values[:] = change(copy[path].values)
-    return copy
 
 
 def plain(text):
@@ -161,10 +155,8 @@ def test_wrong_number_of_axes_is_refused(tree):
 
 
 def test_a_picture_says_what_it_lacks(tree):
-    copy = tree.copy(deep=True)
-    del copy["flank"]
     with pytest.raises(SemiwearError, match="/flank/wear_depth"):
-        plot.wear_map(copy)
+        plot.wear_map(without(tree, "flank"))
 
 
 def test_missing_matplotlib_names_the_extra(tree, monkeypatch):
@@ -273,10 +265,9 @@ def test_one_wear_step_gives_a_page_without_curves_over_the_life(tmp_path, unsee
 
 
 def test_loaded_contact_alone_gives_a_page(tmp_path, tree, unseen):
-    copy = tree.copy(deep=True)
     for group in ("flank", "history", "diagnostics"):
-        del copy[group]
-    text = write_report(copy, tmp_path / "r.html").read_text(encoding="utf-8")
+        tree = without(tree, group)
+    text = write_report(tree, tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Transmission error over the mesh cycle" in text
 
 
@@ -337,7 +328,7 @@ REVERSED = [
 )
 def test_changed_data_disagree(tree, unchanged, path, change, words):
     assert one(unchanged, words).verdict is Verdict.AGREE
-    entry = one(verdicts(altered(tree, path, change)), words)
+    entry = one(verdicts(changed(tree, path, change)), words)
     assert entry.verdict is Verdict.DISAGREE and entry.why
 
 
@@ -349,7 +340,7 @@ def test_wear_values_are_compared_at_the_papers_depth(tree, name, words):
     published = PAPER["at_60_um"][f"max_wear_{name}_um"]
 
     def scaled(factor):
-        return altered(tree, f"history/wear_depth_max_{name}", lambda v: v / v[-1] * published * factor)
+        return changed(tree, f"history/wear_depth_max_{name}", lambda v: v / v[-1] * published * factor)
 
     assert one(verdicts(scaled(1.0)), words).verdict is Verdict.AGREE
     assert one(verdicts(scaled(1.24)), words).verdict is Verdict.AGREE
@@ -378,7 +369,7 @@ def test_wear_that_falls_short_is_not_compared():
 
 def test_wear_of_the_pinion_alone_is_not_compared(tree):
     """The gear's flank is unworn then: the paper's shares of its wear would be divided by zero."""
-    found = verdicts(altered(tree, "flank/wear_depth", np.zeros_like), {"wear": {"worn_bodies": ["pinion"]}})
+    found = verdicts(changed(tree, "flank/wear_depth", np.zeros_like), {"wear": {"worn_bodies": ["pinion"]}})
     for words in ("112.48", "pitch cone is close to zero", "across the face"):
         matching = [entry for statement, entry in found.items() if words in statement]
         assert all(entry.verdict is Verdict.NOT_COMPARED and "the pinion alone" in entry.ours for entry in matching)
@@ -393,7 +384,7 @@ def test_names_in_statements_have_one_meaning():
 
 
 def test_sentences_on_what_a_result_lacks_are_left_out(tree):
-    high = altered(tree, "history/root_stress_max", lambda v: 1.3 * v)
+    high = changed(tree, "history/root_stress_max", lambda v: 1.3 * v)
     entry = one(verdicts(high), "Gear 130.12")
     assert "would bring the published value" in entry.why and "nan" not in entry.why
     entry = one(verdicts(high, {"operation": {}}), "Gear 130.12")
@@ -401,9 +392,8 @@ def test_sentences_on_what_a_result_lacks_are_left_out(tree):
 
 
 def test_absent_variables_are_not_compared(tree):
-    copy = tree.copy(deep=True)
-    copy["history"] = type(copy)(copy["history"].to_dataset().drop_vars("root_stress_max"))
-    assert one(verdicts(copy), "Gear 130.12").verdict is Verdict.NOT_COMPARED
+    lacking = without(tree, "history", "root_stress_max")
+    assert one(verdicts(lacking), "Gear 130.12").verdict is Verdict.NOT_COMPARED
 
 
 # ---------------------------------------------------------------------- small pieces
@@ -445,9 +435,7 @@ def test_references():
 
 
 def test_loaded_contact_without_meshes_is_drawn(tree):
-    copy = tree.copy(deep=True)
-    for group in ("engagement", "mesh_cycle"):
-        copy[group] = type(copy)(copy[group].to_dataset().isel(wear_step=[0]).drop_vars("meshes"))
+    copy = of_one_state(tree)
     panel = plot.transmission_error_curves(copy)
     assert [text.get_text() for text in panel.texts] == ["wear step 0"]
     plot.sliding_along_path(copy)

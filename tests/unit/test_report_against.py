@@ -14,7 +14,7 @@ from semiwear.report import page as report_page
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Kind, Mark, differences
 from semiwear.report.fidelities import against_section
 from semiwear.report.reasons import PEAK, RELIEVES, TAKES_MORE, reason
-from tests.strategies.results import SCENE, synthetic_tree
+from tests.strategies.results import SCENE, changed, of_one_state, synthetic_tree, without
 
 SMALL = {
     "numerics.face_slices": 31,
@@ -30,23 +30,6 @@ def result(fidelity="line", wear_steps=3, scene_toml=SCENE, **sizes):
     tree = synthetic_tree(wear_steps, scene_toml=stated, **sizes)
     tree.attrs["fidelity"] = fidelity
     return tree
-
-
-def changed(tree, path, change):
-    """A copy in which a variable is changed."""
-    copy = tree.copy(deep=True)
-    copy[path].values[:] = change(copy[path].values)
-    return copy
-
-
-def without(tree, group, *names):
-    """A copy without a group, or without some of its variables."""
-    copy = tree.copy(deep=True)
-    if names:
-        copy[group] = xr.DataTree(copy[group].to_dataset().drop_vars(names))
-    else:
-        del copy[group]
-    return copy
 
 
 def with_meshes(tree, factor):
@@ -78,11 +61,6 @@ def section(path):
     text = path.read_text(encoding="utf-8")
     begin = text.index("<h2>Against fidelity")
     return text[begin : text.index("</section>", begin)]
-
-
-def section_of(this, other):
-    """The section alone, without the page around it and all its pictures."""
-    return against_section(this, other)
 
 
 @pytest.fixture(scope="module")
@@ -300,15 +278,15 @@ def test_the_section_stands_in_the_page(tmp_path, line, patch, unseen):
 
 def test_fields_that_differ_are_listed(line, monkeypatch, unseen):
     other = result("patch", scene_toml=SCENE.replace("pinion_torque_Nm = 1600", "pinion_torque_Nm = 800"))
-    text = section_of(line, other)
+    text = against_section(line, other)
     assert "operation.pinion_torque_Nm" in text and ">1600<" in text and ">800<" in text
     assert "Both fidelities" not in text and "<img" in text
     monkeypatch.setattr(fidelities, "_pictures", lambda results: "")
-    same = section_of(line, line)
+    same = against_section(line, line)
     assert "The scenes are the same" in same and '<th scope="col">this</th>' in same
     unreadable = line.copy(deep=True)
     unreadable.attrs["scene_toml"] = "no = toml = at all"
-    assert "no readable scene" in section_of(unreadable, line)
+    assert "no readable scene" in against_section(unreadable, line)
 
 
 @pytest.mark.slow
@@ -325,7 +303,7 @@ def test_missing_variables_are_not_compared(line, patch, group, name, kind, unse
     rows = rows_of(line, lacking, mark=Mark.NOT_COMPARED)
     assert rows and {row.kind for row in rows} == {kind}
     assert all(f"no /{group}/{name} in patch" in row.text for row in rows)
-    assert "– not compared" in section_of(line, lacking)
+    assert "– not compared" in against_section(line, lacking)
 
 
 def test_without_line_loads_the_borders_have_no_width(line, patch):
@@ -337,11 +315,9 @@ def test_without_line_loads_the_borders_have_no_width(line, patch):
 @pytest.mark.slow
 @pytest.mark.parametrize("swapped", [False, True])
 def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patch, swapped, unseen):
-    contact = patch
+    contact = of_one_state(patch)
     for group in ("flank", "history", "diagnostics"):
         contact = without(contact, group)
-    for group in ("engagement", "mesh_cycle"):
-        contact[group] = xr.DataTree(contact[group].to_dataset().isel(wear_step=[0]).drop_vars("meshes"))
     pair = (contact, line) if swapped else (line, contact)
     rows = rows_of(*pair)
     assert {row.kind for row in rows} == set(Kind) - {Kind.WEAR}
@@ -362,7 +338,7 @@ def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patc
     ],
 )
 def test_other_flank_grids_are_refused(tmp_path, line, sizes, said, monkeypatch):
-    monkeypatch.setattr(report_page, "filled_sections", None)  # before a section is made
+    monkeypatch.setattr(report_page, "_sections", None)  # before a section is made
     with pytest.raises(SemiwearError, match=re.escape(said)):
         write_report(line, tmp_path / "r.html", result("patch", **sizes))
     assert not list(tmp_path.iterdir())

@@ -4,11 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from semiwear import plot
 from semiwear.errors import SemiwearError
 from semiwear.report.ratings import first_failure_text, ratings_section
-from tests.strategies.results import synthetic_tree
+from tests.strategies.results import synthetic_tree, without
 
 
 @pytest.fixture(scope="module")
@@ -27,9 +28,7 @@ def test_the_section_says_what_ends_the_life(tree, unseen):
 
 
 def test_a_result_without_ratings_has_no_section(tree):
-    bare = tree.copy()
-    del bare["ratings"]
-    assert ratings_section(bare) == ""
+    assert ratings_section(without(tree, "ratings")) == ""
 
 
 def test_without_a_failure_the_section_says_so():
@@ -45,7 +44,7 @@ def test_the_mode_that_governs_is_shaded_and_the_limit_is_in_view(tree):
     assert ax.get_xlabel() == "Running time (h)"
     # pitting has the least of both all the time: one stretch, in its colour
     (stretch,) = ax.patches
-    assert stretch.get_facecolor()[:3] == pytest.approx(plt_colour(ax.lines[0].get_color()))
+    assert stretch.get_facecolor()[:3] == pytest.approx(to_rgb(ax.lines[0].get_color()))
 
 
 @pytest.mark.parametrize("summed", [True, False])
@@ -74,16 +73,8 @@ def test_a_life_without_wear_is_drawn():
     plot.safety_history(synthetic_tree(1, profiles=9, faces=7))
 
 
-def plt_colour(name):
-    from matplotlib.colors import to_rgb
-
-    return to_rgb(name)
-
-
 def test_without_a_speed_the_life_is_in_meshes(tree):
-    copy = tree.copy()
-    copy["ratings"] = type(tree)(tree["ratings"].to_dataset().drop_vars("hours"))
-    assert "meshes" in plot.safety_history(copy).get_xlabel()
+    assert "meshes" in plot.safety_history(without(tree, "ratings", "hours")).get_xlabel()
 
 
 def test_maps_show_both_bodies_and_refuse_a_mode_that_is_not_rated(tree):

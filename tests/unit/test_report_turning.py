@@ -209,7 +209,7 @@ def test_the_life_says_what_ends_it_earlier(ended_by, earlier):
     life = {"depth_limit": 50.0, "meshes_to_limit": 8e9, "hours_to_limit": 1200.0}
     if ended_by:
         life |= {"ended_by": ended_by, "meshes_to_end": 2e9}
-    tree = xr.DataTree.from_dict({"/life": xr.Dataset({name: ((), value) for name, value in life.items()})})
+    tree = xr.DataTree.from_dict({"/life": xr.Dataset(life)})
     ((title, value, meaning),) = life_numbers(tree)
     assert (title, value) == ("Life until 50 µm of wear", "1200 h") and "8.00·10⁹ meshes of a gear tooth" in meaning
     assert ("pitting ends it earlier, after 2.00·10⁹ meshes" in meaning) == earlier
@@ -218,7 +218,7 @@ def test_the_life_says_what_ends_it_earlier(ended_by, earlier):
 def test_a_life_that_no_wear_ends_is_told_without_end():
     life = {"depth_limit": 50.0, "meshes_to_limit": np.inf, "hours_to_limit": np.inf}
     life |= {"ended_by": "pitting", "meshes_to_end": 2e9, "hours_to_end": 300.0}
-    tree = xr.DataTree.from_dict({"/life": xr.Dataset({name: ((), value) for name, value in life.items()})})
+    tree = xr.DataTree.from_dict({"/life": xr.Dataset(life)})
     ((_, value, meaning),) = life_numbers(tree)
     assert value == "without end" and "pitting ends it earlier, after 2.00·10⁹ meshes" in meaning
     ended = "without end, the flank wears no further before that depth; pitting ends it after 2e+09 meshes"

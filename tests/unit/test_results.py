@@ -23,7 +23,7 @@ from semiwear.results import (
 )
 from semiwear.results.schema import coordinates_of, variables_of
 from semiwear.simulate import attributes
-from tests.strategies.results import synthetic_tree
+from tests.strategies.results import synthetic_tree, without
 
 TREE = synthetic_tree(3, profiles=5, faces=4, mesh_positions=4)
 
@@ -277,8 +277,7 @@ def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
 def test_save_refuses_what_is_no_result(tmp_path):
     with pytest.raises(SemiwearError, match="schema_version"):
         save(xr.DataTree(), tmp_path / "worn.nc")
-    tree = TREE.copy(deep=True)
-    tree["engagement"] = xr.DataTree(tree["engagement"].to_dataset().drop_vars("load_share"))
+    tree = without(TREE, "engagement", "load_share")
     with pytest.raises(SemiwearError, match="/engagement/load_share: missing"):
         check_tree(tree)
     tree = TREE.copy(deep=True)

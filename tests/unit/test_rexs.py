@@ -100,18 +100,30 @@ def test_the_gear_with_fewer_teeth_is_the_pinion(tmp_path):
     assert sw.read_rexs(changed(tmp_path, GEARS), pinion_torque_Nm=302.0).scene.gear_pair.pinion_teeth == 16
 
 
+WITHOUT_SIZES = [
+    (f'<attribute id="{name}" unit="mm">{value}</attribute>', "")
+    for name, value in (
+        ("center_distance", 91.5),
+        ("tip_diameter", 82.4565),
+        ("tip_diameter", 118.3647),
+        ("root_diameter", 62.3853),
+        ("root_diameter", 98.2935),
+    )
+]
+"""Changes that leave out the sizes on which the helix angle has an influence."""
+
+
+def helix(*angles):
+    """Helix angles of pinion and gear in place of 0."""
+    attribute = '<attribute id="helix_angle_reference_diameter" unit="deg">{}</attribute>'
+    return [(attribute.format(0), attribute.format(angle)) for angle in angles]
+
+
 def test_helical_teeth_have_a_hand(tmp_path):
-    angle = '<attribute id="helix_angle_reference_diameter" unit="deg">{}</attribute>'
-    both = [(angle.format(0), angle.format(-20)), (angle.format(0), angle.format(20))]
-    further = [('<attribute id="center_distance" unit="mm">91.5</attribute>', ""),
-               ('<attribute id="tip_diameter" unit="mm">82.4565</attribute>', ""),
-               ('<attribute id="tip_diameter" unit="mm">118.3647</attribute>', ""),
-               ('<attribute id="root_diameter" unit="mm">62.3853</attribute>', ""),
-               ('<attribute id="root_diameter" unit="mm">98.2935</attribute>', "")]  # fmt: skip
-    pair = sw.read_rexs(changed(tmp_path, *both, *further)).scene.gear_pair
+    pair = sw.read_rexs(changed(tmp_path, *helix(-20, 20), *WITHOUT_SIZES)).scene.gear_pair
     assert (pair.helix_angle_deg, pair.hand) == (20.0, "left")
     with pytest.raises(sw.SceneError, match="opposite signs"):
-        sw.read_rexs(changed(tmp_path, (angle.format(0), angle.format(20)), (angle.format(0), angle.format(20))))
+        sw.read_rexs(changed(tmp_path, *helix(20, 20)))
 
 
 def test_a_file_of_the_second_version_names_the_units_anew(tmp_path):
@@ -151,12 +163,8 @@ def test_a_ring_gear_has_negative_teeth_whichever_sign_a_file_gives_it(first, te
 
 
 def test_helical_teeth_of_a_ring_gear_have_the_hand_of_the_pinion(tmp_path):
-    angle = '<attribute id="helix_angle_reference_diameter" unit="deg">{}</attribute>'
-    ring = [(f'<attribute id="{name}" unit="mm">{value}</attribute>', "")
-            for name, value in (("center_distance", 91.5), ("tip_diameter", 82.4565), ("tip_diameter", 118.3647),
-                                ("root_diameter", 62.3853), ("root_diameter", 98.2935))]  # fmt: skip
-    ring += [('unit="none">24<', 'unit="none">61<'), *(pair for pair in RING if 'unit="mm">' not in pair[0])]
-    found = sw.read_rexs(changed(tmp_path, *ring, *2 * [(angle.format(0), angle.format(12))]))
+    ring = [('unit="none">24<', 'unit="none">61<'), *(pair for pair in RING if 'unit="mm">' not in pair[0])]
+    found = sw.read_rexs(changed(tmp_path, *WITHOUT_SIZES, *ring, *helix(12, 12)))
     pair = found.scene.gear_pair
     assert (pair.gear_teeth, pair.helix_angle_deg, pair.hand) == (-61, 12.0, "right")
     assert ("gear_pair.hand", "right", "cylindrical_gear 3 (pinion): helix_angle_reference_diameter") in found.taken

@@ -229,9 +229,6 @@ def test_a_page_is_whole_and_stands_alone(solved, tmp_path, name, request):
 
 
 def test_pictures_hold_the_values_at_the_end_of_each_run(solved):
-    import matplotlib
-
-    matplotlib.use("Agg")
     found = sw.sweep(SHIPPED, {TORQUE: [1600, 800], OFFSET: [-0.1, 0.0, 0.1]}, workers=0)
     ax = sw.plot.sweep_curves(found, "root_stress_max", over="offset_mm", body="pinion")
     lines = [line for line in ax.lines if line.get_label() != "failed"]
