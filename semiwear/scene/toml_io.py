@@ -63,12 +63,15 @@ def _syntax_advice(line: str, message: str) -> str:
     return "; write text in quotes, true and false in small letters" if value[:1].isalpha() else ""
 
 
-def flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    """Fields of nested tables under their dotted keys; an empty table, which may be an effect, is included itself."""
+def flat(table: Mapping[str, Value], path: str = "", inline: Collection[str] = ()) -> Iterator[tuple[str, Value]]:
+    """Fields of nested tables under their dotted keys.
+
+    An empty table, which may be an effect, is included itself, as are those whose keys are `inline`.
+    """
     for name, value in table.items():
         key = f"{path}{name}"
-        if isinstance(value, Mapping) and value:
-            yield from flat(value, f"{key}.")
+        if isinstance(value, Mapping) and value and key not in inline:
+            yield from flat(value, f"{key}.", inline)
         else:
             yield key, value
 
