@@ -324,8 +324,10 @@ class Plan:
 
         Arguments are those of `semiwear.plan.ratings.rated_contact`.
         """
-        found = teeth, contact
-        return rated_contact(self.scene, self.wear_stepper, found, meshes, hours_per_mesh, self.clock, known)
+        if not self.rates:
+            return None
+        stepper = self.wear_stepper(teeth)
+        return rated_contact(self.scene, stepper, contact, meshes, hours_per_mesh, self.clock, known)
 
     # ---- parts
 
