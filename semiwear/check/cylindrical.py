@@ -201,10 +201,9 @@ def _rims_have_thickness(scene: Scene, mesh: CylindricalMesh) -> Iterator[Proble
 
 def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
-    radii = mesh.table.pinion_tip_edge_radius_mm, mesh.table.gear_tip_edge_radius_mm
-    for (body, tooth), radius, limit in zip(teeth_of(mesh), radii, edge_limits(mesh), strict=True):
+    for body, limit in zip(BODIES, edge_limits(mesh), strict=True):
         # a tooth without a top land is pointed, for which there is another limit
-        if 0.0 < limit < radius and tooth.half_thickness(tooth.tip_radius) > 0.0:
+        if 0.0 < limit < getattr(mesh.table, f"{body}_tip_edge_radius_mm"):
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower tip"
             yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(limit)} mm", fix)
 
