@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
 
 from semiwear.errors import Problem
@@ -15,23 +15,8 @@ from semiwear.targets import PAGES, RESULTS, file_target, target_problems
 from semiwear.untyped import Value
 
 
-@dataclass(frozen=True)
-class _Unread:
-    """A wrong value, kept until the name of its option is known.
-
-    Attributes
-    ----------
-    found, allowed, fix : str
-        As in a `Problem`.
-    """
-
-    found: str
-    allowed: str
-    fix: str = ""
-
-
 def number_within(rule: Rule) -> Callable[[str], Value]:
-    """Function that reads an option's number, for `argparse`."""
+    """Function that reads an option's number, for `argparse`; a wrong one gives its problem, without the option."""
 
     def read(text: str) -> Value:
         for kind in (int, float):
@@ -40,18 +25,21 @@ def number_within(rule: Rule) -> Callable[[str], Value]:
             except ValueError:
                 continue
             accepted, problem = rule.apply("", value)
-            return accepted if problem is None else _Unread(text, rule.allowed, problem.fix)
+            return accepted if problem is None else replace(problem, value=text)
         meant = meant_number(text)
-        return _Unread(text, rule.allowed, "give a number" if meant is None else f"did you mean {meant}?")
+        return Problem("", text, rule.allowed, "give a number" if meant is None else f"did you mean {meant}?")
 
     return read
 
 
-def assignment(text: str) -> tuple[str, Value] | _Unread:
-    """Key and value of `key=value`: a TOML value, None for none (removes a field or table), else text."""
+def assignment(text: str) -> tuple[str, Value] | Problem:
+    """Key and value of `key=value`: a TOML value, None for none (removes a field or table), else text.
+
+    Another text gives its problem, without the option.
+    """
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
-        return _Unread(text, "KEY=VALUE", "e.g. --set operation.pinion_torque_Nm=800")
+        return Problem("", text, "KEY=VALUE", "e.g. --set operation.pinion_torque_Nm=800")
     try:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
@@ -60,17 +48,14 @@ def assignment(text: str) -> tuple[str, Value] | _Unread:
 
 def option_problems(options: argparse.Namespace) -> list[Problem]:
     """Problems of options that need no scene; those that cannot be read are None or, in lists, left out after it."""
-    given = [
-        (f"--{name.replace('_', '-')}", item)
-        for name, value in vars(options).items()
-        for item in (value if isinstance(value, list) else [value])
-    ]
-    unread = [(name, item) for name, item in given if isinstance(item, _Unread)]
-    problems = [Problem(name, item.found, item.allowed, item.fix) for name, item in unread]
+    problems: list[Problem] = []
     for name, value in vars(options).items():
+        items = value if isinstance(value, list) else [value]
+        wrong = [item for item in items if isinstance(item, Problem)]
+        problems += [replace(item, field=f"--{name.replace('_', '-')}") for item in wrong]
         if isinstance(value, list):
-            setattr(options, name, [item for item in value if not isinstance(item, _Unread)])
-        elif isinstance(value, _Unread):
+            setattr(options, name, [item for item in value if not isinstance(item, Problem)])
+        elif wrong:
             setattr(options, name, None)
     if options.command == "geometry":
         problems += target_problems("-o", options.output, partial(file_target, endings=(".png", ".svg", ".pdf")))

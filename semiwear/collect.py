@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.contact.patch_contact import subsurface_stress
@@ -121,20 +121,19 @@ class _Zones:
             Zone.ADDENDUM: _greatest_below(-self.high - distance, value, -place),
         }
 
-    def greatest(self, value: FloatArray, profile: FloatArray, counts: BoolArray) -> dict[Zone, float]:
+    def greatest(self, value: FloatArray, profile: FloatArray) -> dict[Zone, float]:
         """Greatest value in each zone along curves that cross it, read at the zone's borders as well.
 
         Parameters
         ----------
-        value, profile, counts : (along the curve, face) arrays
-            Samples, their profile coordinates, and whether they count; linear between two that count.
+        value, profile : (along the curve, face) arrays
+            Samples and their profile coordinates; linear between two.
         """
         zone = self.of_profile(profile)
-        best = {z: float(np.max(value, where=counts & (zone == z), initial=0.0)) for z in Zone}
-        both = counts[1:] & counts[:-1]
+        best = {z: float(np.max(value, where=zone == z, initial=0.0)) for z in Zone}
         for border, zones in ((self.low, (Zone.ROOT, Zone.PITCH)), (self.high, (Zone.PITCH, Zone.ADDENDUM))):
             a, b = profile[:-1] - border, profile[1:] - border
-            crosses = both & (a * b < 0.0)
+            crosses = a * b < 0.0
             fraction = np.where(crosses, a / np.where(crosses, a - b, 1.0), 0.0)
             there = value[:-1] + fraction * (value[1:] - value[:-1])
             at_border = float(np.max(there, where=crosses, initial=0.0))
@@ -199,8 +198,7 @@ def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
 def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, parts: Mapping[str, Arrays]) -> Arrays:
     """Quantities of one wear state, from its pressures, engagement and mesh cycle."""
     zones = _Zones.of(teeth)
-    profile = teeth.grid.profile.T
-    wear = zones.greatest(_UM * state.wear.T, profile, np.ones(profile.shape, dtype=bool))
+    wear = zones.greatest(_UM * state.wear.T, teeth.grid.profile.T)
     stress = zones.greatest_clear(pressure)
     error = parts["mesh_cycle"]["transmission_error_loaded"]
     arrays: dict[str, float | np.ndarray] = {
@@ -218,9 +216,7 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
     greatest = {DRIVING: 0.0, DRIVEN: _UM * float(state.wear.max())}
     if state.driving_wear is not None and teeth.driving is not None:
         greatest[DRIVING] = arrays["wear_depth_max_pinion"] = _UM * float(state.driving_wear.max())
-        nodes = teeth.driving.grid.profile.T
-        counts = np.ones(nodes.shape, dtype=bool)
-        worn = _Zones.of_driving(teeth).greatest(_UM * state.driving_wear.T, nodes, counts)
+        worn = _Zones.of_driving(teeth).greatest(_UM * state.driving_wear.T, teeth.driving.grid.profile.T)
         arrays |= {f"wear_depth_max_pinion_{zone.name.lower()}": worn[zone] for zone in Zone}
     arrays["wear_depth_max"] = np.array([greatest[body] for body in range(len(BODIES))])
     if "root_stress" in parts["engagement"]:

@@ -18,7 +18,6 @@ from math import inf, log, nan
 
 import numpy as np
 
-from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.plan import Plan, plan
@@ -76,15 +75,12 @@ class Life:
     endless: str = ""
 
 
-def life_group(
-    physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: ReportStep | None = None
-) -> dict[str, np.ndarray]:
+def life_group(physics: Plan, stepper: WearStepper, report: ReportStep | None = None) -> dict[str, np.ndarray]:
     """Arrays of the group `/life`; empty if the scene has no `[effects.run_life]`.
 
     Parameters
     ----------
     physics : Plan
-    teeth : LoadedTeeth
     stepper : WearStepper
     report : callable, optional
         Called after every step of the search with the steps done, their total, and a description.
@@ -98,7 +94,7 @@ def life_group(
     if physics.scene.effects.run_life is None:
         return {}
     with physics.clock.measure("run_life"):
-        life = find_life(physics, teeth, stepper, report)
+        life = find_life(physics, stepper, report)
     ended = _end_of(physics, stepper, life) if physics.scene.effects.run_life.ends_at == "first_failure" else {}
     if ended.get("meshes_to_end", life.meshes) == inf:
         raise EndlessWearError(life.endless, life=True)
@@ -126,7 +122,7 @@ def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.nda
     return arrays | ({} if per_mesh is None else {"hours_to_end": np.asarray(end * per_mesh)})
 
 
-def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: ReportStep | None = None) -> Life:
+def find_life(physics: Plan, stepper: WearStepper, report: ReportStep | None = None) -> Life:
     """The life defined by `[effects.run_life]`; `report` as in `life_group`. Without end where wear stops before.
 
     Raises
@@ -134,13 +130,12 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, report: R
     ConvergenceError
         If the flank cannot be worn to the limit, with reason and remedy.
     """
-    scene = physics.scene
-    table = scene.effects.run_life
+    table, pair = physics.scene.effects.run_life, stepper.teeth.pair
     assert table is not None
     body, limit = BODIES.index(table.body), 1e-3 * table.depth_limit_um
-    count = life_steps_for_depth(limit, teeth.pair.base_pitch)
-    counter = _Counter(report, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
-    per_mesh = hours_per_mesh(scene, teeth.pair)
+    count = life_steps_for_depth(limit, pair.base_pitch)
+    counter = _Counter(report, steps_of_life(limit, pair.base_pitch), f"life until {table.depth_limit_um:g} um")
+    per_mesh = hours_per_mesh(physics.scene, pair)
     try:
         counter.part("", count + SEARCH_STEPS)
         path = _path_to(replace(stepper, implicit=True), body, limit, None, counter)

@@ -117,9 +117,7 @@ class MeasuredLoad:
             raise MissingExtraError("rainflow", "loads", "counting of cycles") from error
         turns = self.torque[_turning(self.torque)]
         counted = [(rng, mean, count) for rng, mean, count, *_ in rainflow.extract_cycles(turns)]
-        if (
-            turns.size == 2
-        ):  # a torque that only rises or falls makes half a cycle, for which the package needs a turn
+        if turns.size == 2:  # half a cycle, of a torque that only rises or falls: the package needs a turn
             counted = [(abs(turns[1] - turns[0]), 0.5 * (turns[0] + turns[1]), 0.5)]
         found = np.array(counted).reshape(-1, 3)
         greatest = found[:, 0].max(initial=0.0)

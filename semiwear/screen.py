@@ -289,13 +289,9 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
         other = scene.replace(changes)
         cycle = _mesh_cycle(other)
         seconds = min(cycle.seconds, _mesh_cycle(other).seconds)  # the first may compile
-    except _NotRun as reason:
-        return ScreenedEffect(name, present, {}, None, f"not run: {reason}")
-    except SceneError as error:
-        reasons = "; ".join(str(problem) for problem in error.problems)
-        return ScreenedEffect(name, present, {}, None, f"not run: {reasons}")
-    except SemiwearError as error:
-        return ScreenedEffect(name, present, {}, None, f"not run: {error}")
+    except (_NotRun, SemiwearError) as error:
+        reasons = error.problems if isinstance(error, SceneError) else [error]
+        return ScreenedEffect(name, present, {}, None, f"not run: {'; '.join(map(str, reasons))}")
     change = {key: _relative(value, base.values[key]) for key, value in cycle.values.items() if key in base.values}
     if name == _HARDNESS:
         try:

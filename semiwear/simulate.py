@@ -118,7 +118,7 @@ def _simulated(
             if step.done:
                 progress.step(step.done, step.total, step.text)
                 _LOG.info("wear step %d of %d: %s", step.done, step.total, step.text)
-        life = life_group(physics, teeth, stepper, progress.step)
+        life = life_group(physics, stepper, progress.step)
     except ConvergenceError as error:
         if not states:
             raise

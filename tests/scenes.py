@@ -56,10 +56,10 @@ class Heard:
         self.steps.append((done, total, text))
 
 
-def problems_of(make: Callable[..., object], *arguments: Any) -> dict[str, Problem]:
+def problems_of(make: Callable[..., object], *arguments: Any, **options: Any) -> dict[str, Problem]:
     """Problems by field of a scene that is refused: none is told twice, each with what is allowed and a way out."""
     with pytest.raises(sw.SceneError) as caught:
-        make(*arguments)
+        make(*arguments, **options)
     by_field = {problem.field: problem for problem in caught.value.problems}
     assert len(by_field) == len(caught.value.problems), f"a field is told twice: {caught.value}"
     assert all(problem.allowed and problem.fix for problem in by_field.values()), caught.value

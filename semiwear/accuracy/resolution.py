@@ -147,16 +147,12 @@ def chosen_resolution(
         total = {name: factors.get(name, 1.0) * size for name, size in together(errors.values()).items()}
         if not total or max(total.values()) <= allowed:
             return values
-        free = [part for part in parts if part.open and values[part.parameter.name] < part.parameter.most]
         quantity = max(total, key=lambda name: (total[name], name))
-        gains = {
-            part.parameter.name: errors[part.parameter.name].get(quantity, 0.0) ** 2
-            * part.parameter.order_of(quantity)
-            / part.parameter.cost
-            for part in free
-        }
-        if not gains or max(gains.values()) <= 0.0:
+        free = [part.parameter for part in parts if part.open and values[part.parameter.name] < part.parameter.most]
+        gains = [errors[p.name].get(quantity, 0.0) ** 2 * p.order_of(quantity) / p.cost for p in free]
+        greatest = max(gains, default=0.0)
+        if greatest <= 0.0:
             return values
-        name = max(gains, key=lambda key: gains[key])
-        most = next(part.parameter.most for part in free if part.parameter.name == name)
-        values[name] = min(max(round(_REFINED * values[name]), values[name] + 1), most)
+        chosen = free[gains.index(greatest)]
+        value = values[chosen.name]
+        values[chosen.name] = min(max(round(_REFINED * value), value + 1), chosen.most)

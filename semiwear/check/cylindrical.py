@@ -31,7 +31,6 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
 
-_USUAL = "spur_fzg_c"
 _SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
 _MOST_ROLLS = 2.9  # base pitches from the pitch point up to which tooth pairs are considered
 
@@ -42,7 +41,8 @@ def cylindrical_problems(scene: Scene) -> list[Problem]:
     distance = list(_teeth_fit_the_centre_distance(scene, table))
     if distance:
         return distance
-    return find_problems(scene, CylindricalMesh(table, Placement()), _LIMITS, _USUAL, _LAST)
+    mesh = CylindricalMesh(table, Placement())
+    return find_problems(scene, mesh, _LIMITS, "spur_fzg_c", (_control_point_is_on_the_flank,))
 
 
 def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iterator[Problem]:
@@ -201,10 +201,9 @@ def _rims_have_thickness(scene: Scene, mesh: CylindricalMesh) -> Iterator[Proble
 
 def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
-    radii = mesh.table.pinion_tip_edge_radius_mm, mesh.table.gear_tip_edge_radius_mm
-    for (body, tooth), radius, limit in zip(teeth_of(mesh), radii, edge_limits(mesh), strict=True):
+    for body, limit in zip(BODIES, edge_limits(mesh), strict=True):
         # a tooth without a top land is pointed, for which there is another limit
-        if 0.0 < limit < radius and tooth.half_thickness(tooth.tip_radius) > 0.0:
+        if 0.0 < limit < getattr(mesh.table, f"{body}_tip_edge_radius_mm"):
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower tip"
             yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(limit)} mm", fix)
 
@@ -227,7 +226,6 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Itera
         yield Problem("wear.control_point.height_mm", point.height_mm, allowed, fix)
 
 
-_LAST: tuple[Limit[CylindricalMesh], ...] = (_control_point_is_on_the_flank,)
 # every limit, with the field of the gear pair named in the message if the limit cannot be computed
 _LIMITS: dict[Limit[CylindricalMesh], str] = {
     _rack_does_not_undercut: "pinion_profile_shift",

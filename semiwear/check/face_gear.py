@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from math import cos, isnan, pi, sin, tan
+from math import isnan, pi, sin
 from typing import cast
 
 import numpy as np
@@ -24,6 +24,7 @@ from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.scene import ControlPoint, FaceGearPair, Placement, Scene
+from semiwear.scene.defaults import full_round_radius
 
 
 def face_gear_problems(scene: Scene) -> list[Problem]:
@@ -181,10 +182,9 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
     The rack's straight flank must be as deep as the gear's addendum, but not so deep that it undercuts the pinion.
     """
     pinion, addendum = mesh.pinion, mesh.gear.gear_addendum
-    alpha = pinion.pressure_angle
     deepest = pinion.undercut_depth
     # the rounding makes the straight flank shallower by this factor times its radius
-    reduction = 1.0 - sin(alpha)
+    reduction = 1.0 - sin(pinion.pressure_angle)
     depth, radius = pinion.rack_addendum, pinion.rack_tip_radius
     if not addendum < deepest:
         fix = "the gear's tip would reach below the pinion's base circle: give less, or more pinion teeth"
@@ -194,8 +194,7 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
     if addendum <= straight < deepest:
         return
     least, greatest = max(depth - deepest, 0.0) / reduction, (depth - addendum) / reduction
-    # radius that touches both flanks and the crest of the rack; rules of the scene refuse greater ones
-    full = (0.25 * pi * pinion.module - depth * tan(alpha)) * cos(alpha) / reduction
+    full = full_round_radius(pinion.module, mesh.table.pressure_angle_deg, depth)  # the scene refuses greater ones
     shallow = straight < addendum
     reason = "the gear's tip would touch the pinion's fillet" if shallow else "the rack undercuts the pinion"
     if least < min(greatest, full):

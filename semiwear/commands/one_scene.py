@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 
 import semiwear as sw
 from semiwear.commands.progress_bar import ProgressBar
@@ -16,23 +17,12 @@ def screen(options: argparse.Namespace, scene: sw.Scene) -> Table:
     with ProgressBar("computing one mesh cycle of the scene as it is ...", "effect", "screening") as bar:
         screening = sw.screen(scene, options.threshold, progress=bar)
     print(screening)
-    rows = [
-        {
-            "effect": row.effect,
-            "present": row.present,
-            "changes": dict(row.changes),
-            "time": row.time,
-            "note": row.note,
-        }
-        for row in screening.rows
-    ]
-    base = dict(screening.base)
     return {
         "called_for": screening.called_for,
         "could_go": screening.could_go,
         "near_limits": screening.near_limits,
-        "base": base,
-        "effects": rows,
+        "base": dict(screening.base),
+        "effects": [asdict(row) for row in screening.rows],
     }
 
 

@@ -29,7 +29,7 @@ from semiwear.meshing.point_flank_sections import drawn_sections, normal_module,
 from semiwear.meshing.point_pitch import PitchSurface
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FlankPointsPair, Placement
-from semiwear.scene.cylindrical import edge_radius
+from semiwear.scene.cylindrical import EDGE_RADIUS
 
 _ARCSEC = 180.0 * 3600.0 / pi
 _SAMPLES = np.linspace(-0.3, 1.3, 129)  # across a flank, to find a height
@@ -99,7 +99,7 @@ class PointFlanks:
         given = tuple(getattr(self.table, f"{BODIES[body]}_{edge}_edge_radius_mm") for edge in ("tip", "end"))
         default = 0.0
         if "auto" in given:
-            default = edge_radius(normal_module(self.bodies[body], self.pitch_surfaces[body]))
+            default = EDGE_RADIUS.formula(normal_module(self.bodies[body], self.pitch_surfaces[body]))
         tip, end = (default if radius == "auto" else float(radius) for radius in given)
         return tip, end
 

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Choice", "Compared", "Plan", "plan"]
 
+_HEAD = ("physics", "runs", "chosen", "why")
 _FINE_PER_POSITION = 3  # fine roll positions, on which wear is summed, per solved position
 _FINE_ROLLS = (48, 96)  # least and most fine positions of a mesh cycle, unless more are solved
 _REACH = 4.0  # separation up to which slices are candidates, over a typical approach, in addition to future wear
@@ -86,24 +87,22 @@ class Plan:
     compared: Compared | None = None
 
     def __str__(self) -> str:
-        rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
-        physics = table(("physics", "runs", "chosen", "why"), rows)
-        return f"{physics}\n\n{effects_table(self.scene, self.last, self._costs())}"
+        return f"{table(_HEAD, self._rows())}\n\n{self._effects()}"
 
     def _repr_html_(self) -> str:
-        rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
-        physics = html_table(("physics", "runs", "chosen", "why"), rows, "what runs, and why")
-        return physics + folded_html(
-            "effects", f"<pre>{escape(effects_table(self.scene, self.last, self._costs()))}</pre>"
-        )
+        physics = html_table(_HEAD, self._rows(), "what runs, and why")
+        return physics + folded_html("effects", f"<pre>{escape(self._effects())}</pre>")
 
-    def _costs(self) -> dict[str, str]:
-        """Cost of effects that need additional wear steps."""
-        life = self.scene.effects.run_life
-        if life is None:
-            return {}
-        steps = steps_of_life(1e-3 * life.depth_limit_um, self.flank_pair().base_pitch)
-        return {"run_life": f"costs about {steps} wear steps in two stages after the run's own"}
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        return [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
+
+    def _effects(self) -> str:
+        """Table of the effects, with the cost of those that need additional wear steps."""
+        costs, life = dict[str, str](), self.scene.effects.run_life
+        if life is not None:
+            steps = steps_of_life(1e-3 * life.depth_limit_um, self.flank_pair().base_pitch)
+            costs["run_life"] = f"costs about {steps} wear steps in two stages after the run's own"
+        return effects_table(self.scene, self.last, costs)
 
     @property
     def references(self) -> tuple[str, ...]:
@@ -324,8 +323,10 @@ class Plan:
 
         Arguments are those of `semiwear.plan.ratings.rated_contact`.
         """
-        found = teeth, contact
-        return rated_contact(self.scene, self.wear_stepper, found, meshes, hours_per_mesh, self.clock, known)
+        if not self.rates:
+            return None
+        stepper = self.wear_stepper(teeth)
+        return rated_contact(self.scene, stepper, contact, meshes, hours_per_mesh, self.clock, known)
 
     # ---- parts
 

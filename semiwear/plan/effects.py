@@ -47,8 +47,6 @@ def deviates(scene: Scene) -> bool:
 
 def deviation_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: FlankGrid) -> FloatArray | None:
     """Depth of deviations of both flanks at the driven flank's nodes, (1 or roll, face, profile) [mm], or None."""
-    if not deviates(scene):
-        return None
     from semiwear.meshing.flank_deviations import depth_between
 
     return depth_between(scene.effects.present(), pair, lines, grid)

@@ -18,12 +18,14 @@ from semiwear.plan import effects
 from semiwear.plan.kept_lines import middle_contact
 from semiwear.scene import CylindricalPair, FaceGearPair, Scene
 from semiwear.scene.rating_tables import RatingTable
+from semiwear.untyped import Value
 from semiwear.wear.stepping import WearState, WearStepper
 
 if TYPE_CHECKING:
     from semiwear.contact.flash_temperature import FlashTemperature
     from semiwear.contact.friction import Friction
     from semiwear.ratings.mode import FailureMode
+    from semiwear.scene import effects as tables
 
 
 Known = tuple[SlicePressures | None, np.ndarray | None]
@@ -31,11 +33,10 @@ Known = tuple[SlicePressures | None, np.ndarray | None]
 _AT_EVERY_STEP = "safety", "safety_height", "safety_face", "damage_sum"
 
 
-def _pitting(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
+def _pitting(table: tables.Pitting, scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.pitting import PitchPoint, Pitting
 
-    table, pair = scene.effects.pitting, teeth.pair
-    assert table is not None
+    pair = teeth.pair
     middle = middle_contact(pair)
     speed = effects.angular_velocity(scene) * float(np.linalg.norm(pair.driven_velocity(middle.position)[0]))
     radius = 1.0 / float(middle.curvature[0, 1])
@@ -44,11 +45,9 @@ def _pitting(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     return Pitting.of(table, PitchPoint(radius, 1e-3 * speed))
 
 
-def _bending(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
+def _bending(table: tables.Bending, scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.bending import Bending
 
-    table = scene.effects.bending
-    assert table is not None
     return Bending.of(table, normal_module(scene, teeth.pair))
 
 
@@ -58,31 +57,26 @@ def _heat(scene: Scene) -> tuple[FlashTemperature, Friction]:
     return flash, effects.friction_of_heat(scene)
 
 
-def _micropitting(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
+def _micropitting(table: tables.Micropitting, scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.micropitting import Micropitting
 
-    table = scene.effects.micropitting
-    assert table is not None
     return Micropitting.of(table, *_heat(scene), effects.running_in(scene, "micropitting"))
 
 
-def _scuffing(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
+def _scuffing(table: tables.Scuffing, scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.scuffing import Scuffing
 
-    table = scene.effects.scuffing
-    assert table is not None
     return Scuffing.of(table, *_heat(scene))
 
 
-def _flank_fracture(scene: Scene, teeth: LoadedTeeth) -> FailureMode:
+def _flank_fracture(table: tables.FlankFracture, scene: Scene, teeth: LoadedTeeth) -> FailureMode:
     from semiwear.ratings.flank_fracture import FlankFracture
 
-    table, material = scene.effects.flank_fracture, scene.material
-    assert table is not None
+    material = scene.material
     return FlankFracture.of(table, (material.pinion.poissons_ratio, material.gear.poissons_ratio))
 
 
-MODES: dict[str, Callable[[Scene, LoadedTeeth], FailureMode]] = {
+MODES: dict[str, Callable[[Value, Scene, LoadedTeeth], FailureMode]] = {
     "pitting": _pitting,
     "bending": _bending,
     "micropitting": _micropitting,
@@ -121,7 +115,7 @@ class Ratings:
 
 def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
     """The failure modes of a scene, by name."""
-    return {name: MODES[name](scene, teeth) for name in named_modes(scene)}
+    return {name: MODES[name](scene.effects.get(name), scene, teeth) for name in named_modes(scene)}
 
 
 def named_modes(scene: Scene) -> list[str]:
@@ -185,33 +179,29 @@ def rated_states(
 
 def rated_contact(
     scene: Scene,
-    stepper_of: Callable[[LoadedTeeth], WearStepper],
-    contact: tuple[LoadedTeeth, LoadedState],
+    stepper: WearStepper,
+    state: LoadedState,
     meshes: float,
     hours_per_mesh: float | None,
     clock: EffectClock,
-    known: Known = (None, None),
-) -> Ratings | None:
-    """Ratings of one wear state as if its contact had been the same in all meshes; None without failure modes.
+    known: Known,
+) -> Ratings:
+    """Ratings of one wear state as if its contact had been the same in all meshes, of a scene that rates modes.
 
     Parameters
     ----------
     scene : Scene
-    stepper_of : callable
-        Wear stepper of teeth, with the loads of a spectrum.
-    contact : (LoadedTeeth, LoadedState)
+    stepper : WearStepper
+        Of the teeth in contact, with the loads of a spectrum.
+    state : LoadedState
     meshes : float
         Engagements of one gear tooth so far.
     hours_per_mesh : float or None
         None where the scene gives no speed.
     clock : EffectClock
-    known : (SlicePressures, root stress or None), optional
+    known : (SlicePressures, root stress or None)
         Of this contact.
     """
-    if not named_modes(scene):
-        return None
-    teeth, state = contact
-    stepper = stepper_of(teeth)
     cases = tuple(case.teeth.load(state.wear, None, state.driving_wear) for case in stepper.cases)
     times = [0.0, meshes] if meshes else [0.0]
     states = [WearState(time, state, cases=cases) for time in times]

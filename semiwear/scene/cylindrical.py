@@ -8,21 +8,14 @@ from math import acos, atan, ceil, cos, degrees, hypot, nan, radians, sin, tan
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, filled_in, table
-from semiwear.scene.defaults import DerivedDefault, edge_radius_of, full_round_radius, modules
+from semiwear.scene.defaults import DEBURRED, DerivedDefault, full_round_radius, modules, rounded
 from semiwear.scene.rule import Rule, angle, any_number, at_least_zero, between, choice, positive
 from semiwear.scene.rules import watched_body
 from semiwear.scene.values import number, whole
 from semiwear.untyped import Value
 
-edge_radius = edge_radius_of(4.5)
-
-
+EDGE_RADIUS = modules(DEBURRED / 4.5, "normal_module_mm")
 _NEWTON_ITERATIONS = 30
-
-
-def _digits(length: float) -> float:
-    """The length rounded to 12 digits, without binary noise."""
-    return float(f"{length:.12g}")
 
 
 def _angle_of_involute(value: float) -> float:
@@ -52,7 +45,7 @@ def zero_backlash_distance(
     if teeth == 0:
         return nan
     working = _angle_of_involute(tan(alpha) - alpha + 2.0 * (x1 + x2) / teeth * tan(radians(alpha_deg)))
-    return abs(_digits(0.5 * module * teeth / cos(radians(beta_deg)) * cos(alpha) / cos(working)))
+    return abs(rounded(0.5 * module * teeth / cos(radians(beta_deg)) * cos(alpha) / cos(working)))
 
 
 def _tip_shortening(module: float, beta_deg: float, z1: int, z2: int, x1: float, x2: float, distance: float) -> float:
@@ -64,7 +57,7 @@ def _tip_shortening(module: float, beta_deg: float, z1: int, z2: int, x1: float,
 
 def _pinion_tip(module: float, beta_deg: float, z1: int, z2: int, x1: float, x2: float, distance: float) -> float:
     shortened = _tip_shortening(module, beta_deg, z1, z2, x1, x2, distance)
-    return _digits(module * z1 / cos(radians(beta_deg)) + 2.0 * (module * (1.0 + x1) - shortened))
+    return rounded(module * z1 / cos(radians(beta_deg)) + 2.0 * (module * (1.0 + x1) - shortened))
 
 
 def _gear_tip(
@@ -72,7 +65,7 @@ def _gear_tip(
     alpha_deg: float, rack_addendum: float, rack_tip_radius: float,
 ) -> float:  # fmt: skip
     shortened = _tip_shortening(module, beta_deg, z1, z2, x1, x2, distance)
-    tip = abs(_digits(module * z2 / cos(radians(beta_deg)) + 2.0 * (module * (1.0 + x2) - shortened)))
+    tip = abs(rounded(module * z2 / cos(radians(beta_deg)) + 2.0 * (module * (1.0 + x2) - shortened)))
     if z2 > 0:
         return tip
     # the tip of an internal gear reaches deeper than a rack, but not beyond the end of the pinion's involute
@@ -85,26 +78,26 @@ def _gear_tip(
     form = max(base_1 * tan(alpha) - depth / sin(alpha), 0.0)
     along = form + (base_2 - base_1) * tan(acos(cosine))
     # rounded outwards to a ten-thousandth of a module
-    return max(tip, _digits(1e-4 * module * ceil(2e4 * hypot(base_2, along) / module)))
+    return max(tip, rounded(1e-4 * module * ceil(2e4 * hypot(base_2, along) / module)))
 
 
 def _rack_tip_radius(module: float, alpha_deg: float, rack_addendum: float, z2: int = 1) -> float:
     if z2 < 0:
-        return _digits(0.3 * module)  # less, since the tooth space of an internal gear narrows faster than a rack's
+        return rounded(0.3 * module)  # less, since the tooth space of an internal gear narrows faster than a rack's
     # 0.38 modules as in ISO 53, profile A, if the crest is wide enough; the last digit rounded down
     full = full_round_radius(module, alpha_deg, rack_addendum)
-    return _digits(min(0.38 * module, max(0.999 * full, 0.0)))
+    return rounded(min(0.38 * module, max(0.999 * full, 0.0)))
 
 
 def _bore_radius(module: float, beta_deg: float, z1: int) -> float:
-    return _digits(0.63 * 0.5 * module * z1 / cos(radians(beta_deg)))
+    return rounded(0.63 * 0.5 * module * z1 / cos(radians(beta_deg)))
 
 
 def _rim_thickness(module: float, beta_deg: float, z2: int, x2: float, rack_addendum: float) -> float:
     if z2 < 0:
-        return _digits(2.5 * module)
+        return rounded(2.5 * module)
     reference = 0.5 * module * z2 / cos(radians(beta_deg))
-    return _digits(0.37 * reference - rack_addendum + x2 * module)
+    return rounded(0.37 * reference - rack_addendum + x2 * module)
 
 
 _RADIANS = 0.8  # degrees: so little helix is likelier an angle of up to 45 degrees in radians
@@ -140,7 +133,7 @@ def _dedendum(body: str) -> Value:
 
 def _edge_radius(body: str, border: str) -> Value:
     meaning = f"Rounding between flank and {border} of the {body}; left out: 0.0444 m_n, 0.2 at a module of 4.5."
-    return declared(at_least_zero(_EDGE), meaning, derived=_default(edge_radius, "normal_module_mm"))
+    return declared(at_least_zero(_EDGE), meaning, derived=EDGE_RADIUS)
 
 
 @table

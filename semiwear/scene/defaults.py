@@ -23,9 +23,14 @@ class DerivedDefault:
     formula: Callable[..., float]
 
 
+def rounded(length: float) -> float:
+    """The length rounded to 12 digits, without binary noise."""
+    return float(f"{length:.12g}")
+
+
 def modules(factor: float, name: str = "module_mm") -> DerivedDefault:
-    """Default proportional to the module, rounded to 12 digits."""
-    return DerivedDefault((name,), lambda module_mm: float(f"{factor * module_mm:.12g}"))
+    """Default proportional to the module."""
+    return DerivedDefault((name,), lambda module_mm: rounded(factor * module_mm))
 
 
 def face_centre(inner_mm: float, outer_mm: float) -> float:
@@ -33,17 +38,13 @@ def face_centre(inner_mm: float, outer_mm: float) -> float:
     return 0.5 * (inner_mm + outer_mm)
 
 
-def edge_radius_of(usual_module: float) -> Callable[[float], float]:
-    """Default edge radius as a function of the module [mm]: proportional, 0.2 mm (deburred) at a usual module."""
-    return lambda module_mm: float(f"{0.2 / usual_module * module_mm:.12g}")
-
-
+DEBURRED = 0.2  # mm, usual edge radius at a usual module
 USUAL_MODULE = 6.35  # mm; at this module and 25 teeth defaults are round numbers
 
 
 def bore_radius(module_mm: float, pinion_teeth: int) -> float:
     """0.63 pitch radii [mm]."""
-    return float(f"{50.0 / (USUAL_MODULE * 25) * module_mm * pinion_teeth:.12g}")
+    return rounded(50.0 / (USUAL_MODULE * 25) * module_mm * pinion_teeth)
 
 
 def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
@@ -58,7 +59,7 @@ _ALMOST_FULL = 0.999  # of the full rounding of a crest, so that rounding errors
 def rack_tip_radius(module_mm: float, pressure_angle_deg: float, rack_addendum_mm: float) -> float:
     """0.3 modules, or the full rounding of the rack's crest if that is less [mm]."""
     full = full_round_radius(module_mm, pressure_angle_deg, rack_addendum_mm)
-    return float(f"{min(0.3 * module_mm, max(_ALMOST_FULL * full, 0.0)):.12g}")
+    return rounded(min(0.3 * module_mm, max(_ALMOST_FULL * full, 0.0)))
 
 
 def shaper_tip_radius(
@@ -77,4 +78,4 @@ def shaper_tip_radius(
     for _ in range(60):  # the error falls by the sine of the pressure angle at the crest in every iteration
         roll = sqrt(max(((crest - full) / base) ** 2 - 1.0, 0.0))
         full = min(max(base * (half_base_angle - roll + atan(roll)), 0.0), crest - base)
-    return float(f"{min(0.2 * module_mm, _ALMOST_FULL * full):.12g}")
+    return rounded(min(0.2 * module_mm, _ALMOST_FULL * full))

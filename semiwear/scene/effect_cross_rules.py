@@ -142,10 +142,7 @@ def _root_stress_needs_compliant_teeth(_: float, compliance: str) -> Iterator[Pr
 @_across("effects.run_life", "body", "wear.worn_bodies")
 def _life_is_of_a_worn_body(body: str, worn: tuple[str, ...]) -> Iterator[Problem]:
     if body not in worn:
-        allowed = f"one of wear.worn_bodies: {_quoted(worn)}"
+        quoted = ", ".join(f'"{name}"' for name in worn)
+        allowed = f"one of wear.worn_bodies: {quoted}"
         fix = f'give "{worn[0]}", or add "{body}" to wear.worn_bodies'
         yield Problem("effects.run_life.body", body, allowed, fix)
-
-
-def _quoted(words: Value) -> str:
-    return ", ".join(f'"{word}"' for word in words)

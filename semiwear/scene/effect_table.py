@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from itertools import chain
-from types import MappingProxyType
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeAlias
 
 from semiwear.untyped import Table, Value
+
+NeedsIf: TypeAlias = Mapping[tuple[str, Value], tuple[str, ...]]
 
 
 class ScreenedScene(Protocol):
@@ -44,7 +45,7 @@ class EffectTable:
     title: ClassVar[str]
     acts_in: ClassVar[str]
     needs: ClassVar[tuple[str, ...]] = ()
-    needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType({})
+    needs_if: ClassVar[NeedsIf] = {}
     validity: ClassVar[str]
     references: ClassVar[tuple[str, ...]]
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
-from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
+from semiwear.scene.effect_table import NeedsIf
 from semiwear.scene.rating_fields import (
     RatingTable,
     inner_load_factor,
@@ -62,9 +61,10 @@ class FlankFracture(RatingTable):
     """Table ``[effects.flank_fracture]``: safety against fracture that starts below the flank."""
 
     title: ClassVar[str] = "flank fracture"
-    needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType(
-        {("hardness_profile", "case_depth"): _fields(_OF_CASE), ("hardness_profile", "table"): _fields(_OF_TABLE)}
-    )
+    needs_if: ClassVar[NeedsIf] = {
+        ("hardness_profile", "case_depth"): _fields(_OF_CASE),
+        ("hardness_profile", "table"): _fields(_OF_TABLE),
+    }
     validity: ClassVar[str] = "case-hardened steel, from one half-width below the surface on"
     references: ClassVar[tuple[str, ...]] = (
         "Hertter 2003 and Witzig 2012, dissertations, TU Munich (local method behind ISO/TS 6336-4:2019)",

@@ -27,14 +27,7 @@ def _content(path: str) -> str:
 
 
 _EDGE = '0 for a sharp edge; "auto" is 0.044 normal modules'
-_THICKNESS = 'in the normal section, at the pitch surface; "auto" is half the pitch'
-_FILLET = 'the arc between flank and root; "auto" is 0.3 normal modules'
-_DEPTH = 'from the lower end of the flank to the root; "auto" is the height of the fillet'
-_RIM = 'material under the root; "auto" is 2.5 normal modules'
 _TEETH = "count the teeth of the whole body; of a worm its threads"
-_POINT = "the origin of the body's own frame, in the fixed frame"
-
-
 _NOISE = "the noise of the points: 0 for none, 0.5 to 3 for measured flanks"
 
 
@@ -47,22 +40,22 @@ def _tooth_thickness(body: str) -> Value:
         f"Tooth thickness of the {body} in the normal section at the pitch surface. Left out: half the pitch. With "
         "the next three fields it describes the section of the tooth for bending, if the file of points has none."
     )
-    return _length(_THICKNESS, meaning)
+    return _length('in the normal section, at the pitch surface; "auto" is half the pitch', meaning)
 
 
 def _fillet_radius(body: str) -> Value:
     meaning = f"Radius of the arc between flank and root of the {body}. Left out: 0.3 normal modules."
-    return _length(_FILLET, meaning)
+    return _length('the arc between flank and root; "auto" is 0.3 normal modules', meaning)
 
 
 def _root_depth(body: str) -> Value:
     meaning = f"Distance from the lower end of the {body}'s flank to its root. Left out: the height of the fillet."
-    return _length(_DEPTH, meaning)
+    return _length('from the lower end of the flank to the root; "auto" is the height of the fillet', meaning)
 
 
 def _rim_thickness(body: str) -> Value:
     meaning = f"Rim thickness of the {body} below the root, down to where it is fixed. Left out: 2.5 normal modules."
-    return _length(_RIM, meaning)
+    return _length('material under the root; "auto" is 2.5 normal modules', meaning)
 
 
 def _edge_radius(body: str, border: str) -> Value:
@@ -71,7 +64,8 @@ def _edge_radius(body: str, border: str) -> Value:
 
 
 def _axis_point(body: str) -> Value:
-    rule = Rule(numbers, "three numbers of mm", lambda value: len(value) == 3, _POINT)
+    fix = "the origin of the body's own frame, in the fixed frame"
+    rule = Rule(numbers, "three numbers of mm", lambda value: len(value) == 3, fix)
     meaning = f"Origin of the {body}'s own frame, in the fixed frame."
     return declared(rule, meaning, default=(0.0, 0.0, 0.0))
 

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 from semiwear.scene.declare import declared, filled_in, table
 from semiwear.scene.defaults import (
+    DEBURRED,
     USUAL_MODULE,
     DerivedDefault,
     bore_radius,
-    edge_radius_of,
     face_centre,
     modules,
     rack_tip_radius,
@@ -31,8 +31,7 @@ _EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
 
 def _edge_radius(body: str, border: str) -> Value:
     meaning = f"Rounding between flank and {border} of the {body}; left out: 0.0315 m, 0.2 at a module of 6.35."
-    derived = DerivedDefault(("module_mm",), edge_radius_of(USUAL_MODULE))
-    return declared(at_least_zero(_EDGE), meaning, derived=derived)
+    return declared(at_least_zero(_EDGE), meaning, derived=modules(DEBURRED / USUAL_MODULE))
 
 
 @table

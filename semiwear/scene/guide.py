@@ -18,7 +18,7 @@ from semiwear.scene.effects import EFFECTS
 from semiwear.scene.load import load_scene
 from semiwear.scene.named_data import NAMING
 from semiwear.scene.schema import INLINE_TABLES, OPTIONAL_TABLES, SCHEMAS, Schema
-from semiwear.scene.toml_io import read_toml, write_toml
+from semiwear.scene.toml_io import flat, read_toml, write_toml
 from semiwear.scene.units import unit_of
 from semiwear.untyped import Table, Value
 
@@ -190,11 +190,11 @@ def _example(kind: str, folder: str) -> tuple[Table, Table]:
     """Values given by an example of the kind, and all its values with defaults, by dotted key."""
     name = EXAMPLES.get(kind, EXAMPLES["cylindrical"])
     text = resources.files("semiwear.scene").joinpath("scenes", f"{name}.toml").read_text(encoding="utf-8")
-    given = dict(_flat(read_toml(text, name), ""))
+    given = dict(flat(read_toml(text, name), inline=INLINE_TABLES))
     given.pop("reference", None)
     given["title"] = f"My {kind.replace('_', ' ')} pair"
     steel = dict.fromkeys(NAMING, "steel")
-    filled = dict(_flat(load_scene(name).replace(steel).to_dict(), ""))
+    filled = dict(flat(load_scene(name).replace(steel).to_dict(), inline=INLINE_TABLES))
     given = {key: value for key, value in given.items() if not key.startswith("material.")}
     given |= {f"{table}.data": value for table, value in steel.items()}
     if kind in EXAMPLES:
@@ -205,15 +205,6 @@ def _example(kind: str, folder: str) -> tuple[Table, Table]:
     pair |= {"gear_axis_direction": [0.0, 0.0, 1.0], "pinion_rotation": "negative", "gear_rotation": "positive"}
     given = {key: value for key, value in given.items() if not key.startswith("gear_pair.")}
     return given | {f"gear_pair.{name}": value for name, value in pair.items()}, filled
-
-
-def _flat(data: Table, path: str) -> Iterator[tuple[str, Value]]:
-    for name, value in data.items():
-        key = f"{path}.{name}" if path else name
-        if isinstance(value, dict) and key not in INLINE_TABLES:
-            yield from _flat(value, key)
-        else:
-            yield key, value
 
 
 def json_schema() -> Table:

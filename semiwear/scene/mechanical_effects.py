@@ -18,9 +18,7 @@ from semiwear.untyped import Table, Value
 
 _SHIFT = "a shift in mm, usually below 0.1; give um divided by 1000"
 _TURN = "a rotation in mrad, usually below 1; 1 degree is 17.45 mrad"
-_RELIEF = "in um, usually 5 to 100 at a module of some mm; 0 for none"
 _SIGNED = "in um, of either sign; usually below 100"
-_RELIEF_LENGTH = "a length along the profile, or leave the field out for a third of the flank"
 _SHAFT = "shafts deflect in the direction of the load: 0 for rigid, 0.1 to 10 is usual"
 
 
@@ -30,6 +28,20 @@ def _shift(meaning: str) -> Value:
 
 def _turn(meaning: str) -> Value:
     return declared(between(number, -50.0, 50.0, _TURN, "mrad"), meaning, default=0.0)
+
+
+def _relief(end: str) -> Value:
+    rule = between(number, 0.0, 1000.0, "in um, usually 5 to 100 at a module of some mm; 0 for none", "um")
+    return declared(rule, f"{end.capitalize()} relief: amount at the {end}, normal to the flank.", default=0.0)
+
+
+def _relief_length(end: str) -> Value:
+    rule = positive("a length along the profile, or leave the field out for a third of the flank")
+    meaning = (
+        f"Extent along the profile from the {end}, an arc length, not a length of roll; left out: a third of the "
+        "flank's profile length."
+    )
+    return declared(rule, meaning, default=None)
 
 
 def _spring(meaning: str, unit: str, default: float) -> Value:
@@ -111,28 +123,10 @@ class FlankModification(EffectTable):
         "ISO 21771:2007 (tip and root relief, crowning, helix slope and bias modification)",
     )
 
-    tip_relief_um: float = declared(
-        between(number, 0.0, 1000.0, _RELIEF, "um"),
-        "Tip relief: amount at the tip, normal to the flank.",
-        default=0.0,
-    )
-    tip_relief_length_mm: float | None = declared(
-        positive(_RELIEF_LENGTH),
-        "Extent along the profile from the tip, an arc length, not a length of roll; left out: a third of the "
-        "flank's profile length.",
-        default=None,
-    )
-    root_relief_um: float = declared(
-        between(number, 0.0, 1000.0, _RELIEF, "um"),
-        "Root relief: amount at the root, normal to the flank.",
-        default=0.0,
-    )
-    root_relief_length_mm: float | None = declared(
-        positive(_RELIEF_LENGTH),
-        "Extent along the profile from the root, an arc length, not a length of roll; left out: a third of the "
-        "flank's profile length.",
-        default=None,
-    )
+    tip_relief_um: float = _relief("tip")
+    tip_relief_length_mm: float | None = _relief_length("tip")
+    root_relief_um: float = _relief("root")
+    root_relief_length_mm: float | None = _relief_length("root")
     relief_shape: str = declared(
         choice("parabolic", "linear"), "Shape of the relief over its length.", default="parabolic"
     )

@@ -5,11 +5,10 @@ Properties and test results of the oil have no defaults, nor have the strengths 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
+from semiwear.scene.effect_table import NeedsIf
 from semiwear.scene.rating_fields import (
     RatingTable,
     inner_load_factor,
@@ -64,12 +63,10 @@ class Micropitting(OilTable):
 
     title: ClassVar[str] = "micropitting"
     needs: ClassVar[tuple[str, ...]] = _NEEDS
-    needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType(
-        {
-            ("limit", "load_stage"): ("effects.micropitting.load_stage",),
-            ("limit", "given"): ("effects.micropitting.permissible_film",),
-        }
-    )
+    needs_if: ClassVar[NeedsIf] = {
+        ("limit", "load_stage"): ("effects.micropitting.load_stage",),
+        ("limit", "given"): ("effects.micropitting.permissible_film",),
+    }
     validity: ClassVar[str] = "flooded contacts of case-hardened steel, Ra near the 0.5 um of the test gears"
     references: ClassVar[tuple[str, ...]] = (
         "ISO/TS 6336-22:2018, formerly ISO/TR 15144-1:2014 (local method), as an open program quotes it",

@@ -5,11 +5,10 @@ Strengths of materials have no defaults, so that a scene that rates a mode must 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
+from semiwear.scene.effect_table import NeedsIf
 from semiwear.scene.rating_fields import (
     RatingTable,
     factor,
@@ -53,16 +52,14 @@ class Pitting(RatingTable):
     """Table ``[effects.pitting]``: safety against pitting from the local contact pressure."""
 
     title: ClassVar[str] = "pitting"
-    needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType(
-        {
-            ("film_factors", "from_oil"): (
-                "operation.pinion_speed_rpm",
-                "effects.pitting.viscosity_40_mm2_per_s",
-                "effects.pitting.roughness_Rz_um",
-            ),
-            ("film_factors", "given"): ("effects.pitting.film_factor",),
-        }
-    )
+    needs_if: ClassVar[NeedsIf] = {
+        ("film_factors", "from_oil"): (
+            "operation.pinion_speed_rpm",
+            "effects.pitting.viscosity_40_mm2_per_s",
+            "effects.pitting.roughness_Rz_um",
+        ),
+        ("film_factors", "given"): ("effects.pitting.film_factor",),
+    }
     validity: ClassVar[str] = "lubricated flanks of steel or iron, pressures away from edges"
     references: ClassVar[tuple[str, ...]] = (
         "ISO 6336-2:2019 (surface durability), ISO 6336-5:2016 (strength of materials)",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from semiwear.errors import Problem
 from semiwear.scene.closest import closeness
@@ -203,7 +203,7 @@ def _read_unknown(
     problem = unknown_key(table, name, raw, schema)
     if meant is not None and not reading.has(meant):
         if meant in schema.required and reading.lacks(meant):
-            problem = Problem(problem.field, problem.value, problem.allowed, f"{problem.fix} It is missing.")
+            problem = replace(problem, fix=f"{problem.fix} It is missing.")
         # Read under the suggested name, so that its value is checked, too.
         if meant in schema.tables and isinstance(raw, Mapping):
             _read_table(meant, raw, reading, unknown)

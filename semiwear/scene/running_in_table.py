@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
-from semiwear.scene.effect_table import EffectTable
+from semiwear.scene.effect_table import EffectTable, NeedsIf
 from semiwear.scene.rule import above, between, choice
 from semiwear.scene.values import number
 
@@ -21,9 +19,11 @@ class RunningIn(EffectTable):
     title: ClassVar[str] = "running in of roughness"
     acts_in: ClassVar[str] = "wear"
     needs: ClassVar[tuple[str, ...]] = ("wear",)
-    needs_if: ClassVar[Mapping[tuple[str, object], tuple[str, ...]]] = MappingProxyType(
-        {("acts_on", "wear_law"): (_LAW,), ("acts_on", "micropitting"): (_MODE,), ("acts_on", "both"): (_LAW, _MODE)}
-    )
+    needs_if: ClassVar[NeedsIf] = {
+        ("acts_on", "wear_law"): (_LAW,),
+        ("acts_on", "micropitting"): (_MODE,),
+        ("acts_on", "both"): (_LAW, _MODE),
+    }
     validity: ClassVar[str] = "mild wear that smooths; both flanks equally rough when new"
     references: ClassVar[tuple[str, ...]] = (
         "Queener, Smith and Mitchell 1965, Wear 8, 391-400 (a transient that decays exponentially with wear)",

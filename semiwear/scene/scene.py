@@ -77,18 +77,16 @@ class Scene(SceneTables):
         return write_toml(self.to_dict(), inline=INLINE_TABLES)
 
     def _repr_html_(self) -> str:
-        tables = {key: value for key, value in self.to_dict().items() if isinstance(value, dict)}
-        rows = {
-            name: [(key, str(value)) for key, value in flat(entries) if value is not None]
-            for name, entries in tables.items()
+        tables = {
+            name: [(key, str(value)) for key, value in flat(entries)]
+            for name, entries in self.to_dict().items()
+            if isinstance(entries, dict)
         }
-        shown = [
-            html_table(("field", "value"), rows[name], name) for name in rows if name not in _FOLDED and rows[name]
-        ]
-        hidden = [folded_html(name, html_table(("field", "value"), rows[name])) for name in rows if name in _FOLDED]
-        return f"<p><b>{escape(self.title or 'scene')}</b>: {escape(self.gear_pair.description)}</p>" + "".join(
-            [*shown, *hidden]
-        )
+        head = ("field", "value")
+        shown = [html_table(head, rows, name) for name, rows in tables.items() if name not in _FOLDED]
+        hidden = [folded_html(name, html_table(head, tables[name])) for name in tables if name in _FOLDED]
+        title = f"<p><b>{escape(self.title or 'scene')}</b>: {escape(self.gear_pair.description)}</p>"
+        return "".join([title, *shown, *hidden])
 
     @property
     def sha256(self) -> str:

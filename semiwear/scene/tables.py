@@ -26,23 +26,6 @@ from semiwear.scene.rules import (
 )
 from semiwear.scene.values import number, whole
 
-__all__ = [
-    "BODIES",
-    "MOST_PEAK_POSITIONS",
-    "RESOLUTION",
-    "BodyCoefficients",
-    "BodyData",
-    "ControlPoint",
-    "Material",
-    "Materials",
-    "Numerics",
-    "Operation",
-    "Wear",
-    "WearUntil",
-    "default_watched_body",
-    "default_worn_bodies",
-]
-
 
 @table
 class Material:

@@ -24,13 +24,12 @@ def read_toml(text: str, name: str) -> Table:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError([_syntax_problem(text, str(error))], name) from None
-    except (ValueError, RecursionError) as error:
-        # not syntax, but an integer of thousands of digits, or lists nested without end
-        advice = "shorten it" if isinstance(error, ValueError) else "take the lists apart"
-        found = "a number of thousands of digits" if isinstance(error, ValueError) else "lists nested without end"
-        problem = Problem("file", found, "TOML with plain values", advice)
-        raise SceneError([problem], name) from None
+        problem = _syntax_problem(text, str(error))
+    except ValueError:  # an integer of too many digits to convert
+        problem = Problem("file", "a number of thousands of digits", "TOML with plain values", "shorten it")
+    except RecursionError:
+        problem = Problem("file", "lists nested without end", "TOML with plain values", "take the lists apart")
+    raise SceneError([problem], name)
 
 
 def _syntax_problem(text: str, message: str) -> Problem:
@@ -63,12 +62,15 @@ def _syntax_advice(line: str, message: str) -> str:
     return "; write text in quotes, true and false in small letters" if value[:1].isalpha() else ""
 
 
-def flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    """Fields of nested tables under their dotted keys; an empty table, which may be an effect, is included itself."""
+def flat(table: Mapping[str, Value], path: str = "", inline: Collection[str] = ()) -> Iterator[tuple[str, Value]]:
+    """Fields of nested tables under their dotted keys.
+
+    An empty table, which may be an effect, is included itself, as are those whose keys are `inline`.
+    """
     for name, value in table.items():
         key = f"{path}{name}"
-        if isinstance(value, Mapping) and value:
-            yield from flat(value, f"{key}.")
+        if isinstance(value, Mapping) and value and key not in inline:
+            yield from flat(value, f"{key}.", inline)
         else:
             yield key, value
 

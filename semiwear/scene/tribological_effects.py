@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.references.named_data import OILS
 from semiwear.scene.declare import declared, table
-from semiwear.scene.effect_table import EffectTable
+from semiwear.scene.effect_table import EffectTable, NeedsIf
 from semiwear.scene.rule import above, between, choice
 from semiwear.scene.rules import named_data
 from semiwear.scene.values import number
@@ -39,9 +37,7 @@ class Friction(EffectTable):
 
     title: ClassVar[str] = "friction"
     acts_in: ClassVar[str] = "contact"
-    needs_if: ClassVar[Mapping[tuple[str, object], tuple[str, ...]]] = MappingProxyType(
-        {("law", "iso_14179"): (_SPEED,)}
-    )
+    needs_if: ClassVar[NeedsIf] = {("law", "iso_14179"): (_SPEED,)}
     validity: ClassVar[str] = "iso_14179: mineral oil, 1 to 50 m/s at the pitch line, line loads above 150 N/mm"
     references: ClassVar[tuple[str, ...]] = (
         "Coulomb 1785 (constant coefficient)",

@@ -141,7 +141,6 @@ def _life(task: Task) -> Measured:
     compile_ahead(kernels_of(task.scene), task.scene.numerics.threads)
     with using_threads(task.scene.numerics.threads):
         physics = replace(plan(task.scene), compared=task.compared)
-        teeth = physics.loaded_teeth()
-        arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
+        arrays = life_group(physics, physics.wear_stepper(physics.loaded_teeth()))
     found = {f"/life/{name}": array for name, array in arrays.items() if is_numeric(array)}
     return Measured({path: found[path] for path in task.measure.variables if path in found})

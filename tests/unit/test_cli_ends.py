@@ -15,11 +15,9 @@ from fem_reference.solvers import SlowSolverWarning
 from semiwear.cli import main
 from semiwear.console import notes_on_standard_error
 from semiwear.scene import load_scene
+from tests.scenes import TINY
 
-SMALL = [
-    "--set", "numerics.face_slices=11", "--set", "numerics.roll_positions=8", "--set", "numerics.profile_points=31",
-    "--set", "numerics.harmonics=3", "--set", "numerics.wear_steps=1",
-]  # fmt: skip
+SMALL = [f"--set={key}={value}" for key, value in (TINY | {"numerics.wear_steps": 1}).items()]
 
 
 def test_a_run_ends_in_one_json_document(tmp_path, capsys):
@@ -227,10 +225,7 @@ def test_loggers_are_left_as_they_were(caplog):
 
 
 def test_the_package_logs_its_wear_steps(caplog):
-    scene = sw.load_scene("spur_fzg_c").replace(
-        {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.profile_points": 31,
-         "numerics.harmonics": 3, "numerics.wear_steps": 2}
-    )  # fmt: skip
+    scene = sw.load_scene("spur_fzg_c").replace(TINY | {"numerics.wear_steps": 2})
     with caplog.at_level(logging.INFO, logger="semiwear"):
         sw.simulate(scene)
     steps = [record.getMessage() for record in caplog.records if record.name == "semiwear.simulate"]

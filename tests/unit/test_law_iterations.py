@@ -198,8 +198,7 @@ def test_a_film_that_carries_nearly_all_load_leaves_a_long_life_or_one_without_e
         film = {"effects.lubrication": {"roughness_um": roughness_um}, "effects.run_life.depth_limit_um": 4.0}
         film |= {"effects.wear_law.lubrication.full_film_lambda": 1.0, "operation.pinion_torque_Nm": 200.0}
         physics = sw.plan(sw.load_scene("spur_fzg_c").replace(SPUR | film))
-        teeth = physics.loaded_teeth()
-        return find_life(physics, teeth, physics.wear_stepper(teeth))
+        return find_life(physics, physics.wear_stepper(physics.loaded_teeth()))
 
     found = life(roughness)
     assert found.meshes > 3.0 * life(0.18).meshes

@@ -39,8 +39,7 @@ def tree(tiny):
 
 def life_of(scene):
     physics = plan(scene)
-    teeth = physics.loaded_teeth()
-    return find_life(physics, teeth, physics.wear_stepper(teeth))
+    return find_life(physics, physics.wear_stepper(physics.loaded_teeth()))
 
 
 @pytest.fixture(scope="module")

@@ -378,8 +378,7 @@ def test_a_flank_that_wears_no_further_lives_until_another_failure():
 
     def life(**changes):
         physics = plan(scene.replace({f"effects.{key}": value for key, value in changes.items()}))
-        teeth = physics.loaded_teeth()
-        return life_group(physics, teeth, physics.wear_stepper(teeth))
+        return life_group(physics, physics.wear_stepper(physics.loaded_teeth()))
 
     told = life()
     end = float(told["meshes_to_end"])
@@ -397,8 +396,7 @@ def test_a_flank_that_wears_no_further_lives_until_another_failure():
 def test_a_life_is_ended_by_the_first_of_all_modes_and_bodies(monkeypatch):
     """Of three modes, whose failures are made up, at 16 teeth against 24 and 1500 rev/min."""
     physics = plan(SMALL.replace({"effects.run_life": {"depth_limit_um": 4.0, "ends_at": "first_failure"}}))
-    teeth = physics.loaded_teeth()
-    stepper = physics.wear_stepper(teeth)
+    stepper = physics.wear_stepper(physics.loaded_teeth())
     monkeypatch.setattr(life_module, "find_life", lambda *_: Life(4e-3, 1e8, 1.5e8 / 9e4, -1.0, -0.9))
 
     def end(failures):
@@ -406,7 +404,7 @@ def test_a_life_is_ended_by_the_first_of_all_modes_and_bodies(monkeypatch):
             modes=("pitting", "bending", "scuffing"), arrays={"meshes_to_failure": np.array(failures)}
         )
         monkeypatch.setattr(Plan, "ratings", lambda *_: rated)
-        told = life_group(physics, teeth, stepper)
+        told = life_group(physics, stepper)
         assert told["depth_limit"] == pytest.approx(4.0)
         assert told["hours_to_end"] == pytest.approx(told["meshes_to_end"] * 1.5 / 9e4)
         return str(told["ended_by"]), float(told["meshes_to_end"])
