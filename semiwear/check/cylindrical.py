@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import cos, isfinite
+from math import isfinite
 from typing import cast
 
 import numpy as np
@@ -22,6 +22,7 @@ from semiwear.check.cylindrical_limits import (
     root_limits,
     teeth_of,
     tight_distance,
+    tight_slack,
     tip_limits,
     tip_passage,
 )
@@ -31,7 +32,6 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
 
-_SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
 _MOST_ROLLS = 2.9  # base pitches from the pitch point up to which tooth pairs are considered
 
 
@@ -60,8 +60,7 @@ def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iter
         fix = "there is no line of action between the base circles: leave it out for the distance without backlash"
         yield problem_of(scene, "centre_distance_mm", allowed, fix)
         return
-    slack = side * _SHIFT_DIGITS * t.normal_module_mm * cos(t.working_pressure_angle)
-    if side * (t.centre_distance_mm - tight + slack) < 0.0:
+    if side * (t.centre_distance_mm - tight) < -tight_slack(t):
         allowed = f"{'up to' if t.internal else 'at least'} {(down if t.internal else up)(tight)} mm"
         fix = "the teeth jam: leave it out for the distance without backlash, or lower the sum of the profile shifts"
         yield problem_of(scene, "centre_distance_mm", allowed, fix)

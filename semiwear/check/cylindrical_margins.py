@@ -14,6 +14,7 @@ from semiwear.check.cylindrical_limits import (
     root_limits,
     teeth_of,
     tight_distance,
+    tight_slack,
     tip_limits,
     tip_passage,
 )
@@ -23,13 +24,11 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import CylindricalPair, Placement, Scene
 
-_JAM = 1e-3  # modules, since profile shifts with a few digits meet a centre distance only so far
-
 
 def cylindrical_margins(scene: Scene) -> Iterator[Margin]:
     """Limits of a cylindrical pair's teeth; see `semiwear.check.margins.check_geometry`."""
     table = cast(CylindricalPair, scene.gear_pair)
-    tight, slack = tight_distance(table), _JAM * table.normal_module_mm
+    tight, slack = tight_distance(table), tight_slack(table)
     ends = (None, tight + slack) if table.internal else (tight - slack, None)
     yield margin(
         "centre distance (jamming)", lambda: table.centre_distance_mm, "centre_distance_mm", low=ends[0], high=ends[1]

@@ -103,6 +103,22 @@ def test_what_a_scene_is_refused_for_is_a_broken_limit(case):
     assert broken and "NO" in str(checked)
 
 
+@pytest.mark.parametrize("case", ["spur", "internal"])
+def test_teeth_jam_where_the_scene_is_refused(case):
+    """Between a thousandth of a module and that times the cosine of the working angle the margin was kept alone."""
+    scene = changed(*SOUND[case])
+    pair = scene.gear_pair
+    tight = told(scene.replace({"gear_pair.centre_distance_mm": None}))["centre distance (jamming)"]
+    limit = tight.high if pair.internal else tight.low
+    inwards = 1.0 if pair.internal else -1.0
+    for share, holds in ((-0.02, True), (0.02, False)):
+        distance = limit + inwards * share * 1e-3 * pair.normal_module_mm
+        checked = sw.check_geometry(scene.replace({"gear_pair.centre_distance_mm": distance}))
+        (row,) = [one for one in checked.margins if one.limit == "centre distance (jamming)"]
+        jam = [one for one in checked.problems if "jam" in one.fix]
+        assert row.holds == holds and bool(jam) != holds, (distance, row, checked.problems)
+
+
 @pytest.mark.parametrize("case", SOUND)
 def test_sound_teeth_keep_every_limit(case):
     checked = sw.check_geometry(changed(*SOUND[case]))
