@@ -6,15 +6,12 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.solvers import Factor, factorise
 from fem_reference.substructures import compliance_by_parts
 from semiwear.errors import SceneError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BLOCK = 64
 """Right-hand sides solved at once."""

@@ -11,17 +11,14 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, hstack
 
-from fem_reference.active_set import BoolArray, solve_complementarity
+from fem_reference.active_set import solve_complementarity
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.condensation import SupportedBody
 from fem_reference.mortar import Field, Mortar, couple
 from fem_reference.surface import Surface
 from semiwear.errors import SceneError, SemiwearError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FULL_COVER = 0.98
 """Covered fraction of the facets about a node above which it does not overhang the other surface."""

@@ -17,16 +17,15 @@ from functools import cached_property
 from math import atan, cos, pi, radians, tan
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from fem_reference.involute_flank import InvoluteFlank
 from fem_reference.pair_motion import EdgeInsets, FlankMeeting, Pose, displacement, rounded
 from semiwear.errors import SceneError
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.scene import CylindricalPair, Placement, Scene
-
-FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
 

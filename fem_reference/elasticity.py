@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
 from skfem import Element, ElementHex1, ElementHex2, ElementHexS2, MeshHex
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fem_reference.arrays import FloatArray, IntArray
 
 STRESS_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Order of the six components of stress, and of strain with engineering shear."""

@@ -13,15 +13,13 @@ from functools import cached_property
 from math import pi, radians
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_reference.arrays import FloatArray
 from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.hexahedra import MeshError
 from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teeth
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -21,16 +21,15 @@ from functools import cached_property
 from math import pi, radians
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.pair_motion import EdgeInsets, FlankMeeting, PairMotion, Pose, displacement, rounded
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
-
-FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
 

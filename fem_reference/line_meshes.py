@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.contact import ContactPair
 from fem_reference.elasticity import ElasticBody
 from fem_reference.moved_nodes import moved_flanks
@@ -19,9 +19,6 @@ from fem_reference.root_load import BODIES
 from fem_reference.surface import Surface
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, Refinement, ToothMesh
 from semiwear.errors import SceneError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 WORN_FLANK = ("gap", "moved_nodes")
 """Treatment of wear: as a gap over the unworn mesh, or by nodes moved along their normals."""
@@ -259,7 +256,7 @@ def candidates(
     )
 
 
-def _surface(name: str, points: FloatArray, grid: FlankGrid, chosen: NDArray[np.bool_], pose: Pose) -> Surface:
+def _surface(name: str, points: FloatArray, grid: FlankGrid, chosen: BoolArray, pose: Pose) -> Surface:
     """Facets of a flank with a chosen node, counter-clockwise from outside, and the flank's real edges."""
     n = grid.nodes
     quads = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1)

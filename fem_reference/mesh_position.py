@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex
 
-from fem_reference.active_set import BoolArray
+from fem_reference.arrays import BoolArray, FloatArray
 from fem_reference.condensation import SupportedBody
 from fem_reference.contact import CondensedContact, ContactSolution, PairContact, condense
 from fem_reference.elasticity import ElasticBody
@@ -22,8 +21,6 @@ from fem_reference.tooth_mesh import ToothMesh
 from semiwear.scene import Material
 
 __all__ = ["MeshSettings", "MeshedPosition", "PairResult", "PositionResult", "solve_position"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

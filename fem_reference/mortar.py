@@ -29,15 +29,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags_array
 
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.segments import bilinear, clip, integration_points, local_coordinates, signed_area
 from fem_reference.surface import Surface, sphere_of
 from semiwear.errors import SceneError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 Field = Callable[[FloatArray], FloatArray] | FloatArray | float
 """A quantity on the slave surface: a function of (q, 3) positions, a value per node of the body, or a constant."""
@@ -199,7 +196,7 @@ def couple(
     )
 
 
-def _keepers(slave: Surface, nodes: IntArray, weight: FloatArray, small: NDArray[np.bool_]) -> IntArray:
+def _keepers(slave: Surface, nodes: IntArray, weight: FloatArray, small: BoolArray) -> IntArray:
     """Index of the node that represents each node: itself, or for a node of small area a neighbour of larger area."""
     row_of = np.full(len(slave.points), -1, dtype=np.int64)
     row_of[nodes] = np.arange(len(nodes))

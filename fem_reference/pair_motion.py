@@ -11,12 +11,11 @@ from math import pi
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from semiwear.scene import Placement, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -26,12 +26,10 @@ from math import ceil
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from fem_reference.arrays import FloatArray
 from fem_reference.hexahedra import MeshError, equal_shares, with_middles
-
-FloatArray = NDArray[np.float64]
 
 _SAG = 0.15  # fall of the tooth's lower border from M to the middle and lean of the sides below M: opens M's angles
 _FROM_END = 0.25  # growth of elements along the face from where contact may end, mm for each mm

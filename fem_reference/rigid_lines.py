@@ -13,15 +13,13 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from fem_reference.arrays import FloatArray
 from fem_reference.pair_motion import PairMotion
 from fem_reference.wear import NoWear, WearDepth
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.scene import Material, Scene
-
-FloatArray = NDArray[np.float64]
 
 _FAR = 1.0  # mm: greater gaps are not distinguished
 _APPROACH = 14.0  # approach of loaded gear teeth, tooth bending included, times pi E* over the line load: usual value

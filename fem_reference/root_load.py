@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ElasticBody
 from fem_reference.pair_motion import Pose
 from fem_reference.pairs import body_mesh, module_of, pair_motion
@@ -22,9 +22,6 @@ from semiwear.scene import CylindricalPair, Scene
 
 if TYPE_CHECKING:
     from fem_reference.mesh_position import PairResult
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BODIES = ("pinion", "gear")
 

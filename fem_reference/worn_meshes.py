@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_reference.abaqus import write_inp
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ElasticBody
 from fem_reference.hexahedra import MeshError
 from fem_reference.moved_nodes import moved_flanks
@@ -21,9 +21,6 @@ from fem_reference.wear import FlankWear, WearDepth
 from semiwear.scene import Scene
 
 __all__ = ["FlankLoad", "FlankWear", "MeshError", "WornBody", "flank_wear", "worn_body"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
