@@ -44,7 +44,6 @@ class Factor(Protocol):
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         """Solution for one right-hand side (n,) or several (n, k), in the same shape."""
-        ...
 
 
 class _Pardiso:

@@ -23,7 +23,6 @@ class WearDepth(Protocol):
 
     def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
         """Depth at gear radii and profile coordinates [mm]."""
-        ...
 
 
 @dataclass(frozen=True)
