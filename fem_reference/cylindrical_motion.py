@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from fem_reference.arrays import FloatArray
 from fem_reference.involute_flank import InvoluteFlank
-from fem_reference.pair_motion import EdgeInsets, FlankMeeting, Pose, displacement, rounded
+from fem_reference.pair_motion import EdgeInsets, FlankMeeting, Pose, displacement
 from semiwear.errors import SceneError
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.scene import CylindricalPair, Placement, Scene
@@ -200,10 +200,6 @@ class CylindricalMotion:
             gear_tip=np.full(np.shape(face), table.gear_tip_edge_radius_mm * gear),
             pinion_tip=table.pinion_tip_edge_radius_mm * pinion,
         )
-
-    def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
-        return rounded(self, face, profile, met)
 
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the pinion minus that of the gear at fixed-frame points [mm per radian of the pinion]."""

@@ -150,12 +150,7 @@ def _body_influence(
         towards_fillet=_TOWARDS_FILLET,
     )
     mesh = (pinion_mesh, face_gear_mesh)[which](scene, element="hex20", teeth=_TEETH[which], divisions=divisions)
-    body = ElasticBody(
-        mesh.mesh,
-        element="hex20",
-        youngs_modulus=material.youngs_modulus_MPa,
-        poissons_ratio=material.poissons_ratio,
-    )
+    body = ElasticBody.of(mesh.mesh, "hex20", material)
     every = 2 * resolution.elements_between_stations  # lattice columns from station to station
     flank = mesh.flanks[0, LOADED]
     nodes = flank.nodes[::2, ::every]

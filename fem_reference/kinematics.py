@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 
 from fem_reference.arrays import FloatArray
 from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.pair_motion import EdgeInsets, FlankMeeting, PairMotion, Pose, displacement, rounded
+from fem_reference.pair_motion import EdgeInsets, FlankMeeting, PairMotion, Pose, displacement
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
@@ -219,10 +219,6 @@ class PairKinematics:
             gear_tip=table.gear_tip_edge_radius_mm * np.tan(0.5 * gear_turn),
             pinion_tip=table.pinion_tip_edge_radius_mm * float(np.tan(0.5 * pinion_turn)),
         )
-
-    def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
-        return rounded(self, face, profile, met)
 
     # --- speeds ----------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.contact import ContactPair
 from fem_reference.elasticity import ElasticBody
 from fem_reference.moved_nodes import moved_flanks
-from fem_reference.pair_motion import Pose
+from fem_reference.pair_motion import Pose, rounded
 from fem_reference.pairs import body_mesh, module_of
 from fem_reference.rigid_lines import Forecast, RigidFlank, RigidLine, effective_modulus
 from fem_reference.root_load import BODIES
@@ -216,7 +216,7 @@ def candidates(
     moved = settings.worn_flank == "moved_nodes"
     own, normal = pair.gear.points(face, gear.profile)
     met = pair.met_by(own - worn[..., None] * normal if moved else own, normal, line.roll)
-    fresh = met.gap + pair.rounding(face, gear.profile, met)
+    fresh = met.gap + rounded(pair, face, gear.profile, met)
     fresh = np.where(np.isfinite(fresh), np.minimum(fresh, _APART), _APART)
     gap = fresh if moved else fresh + worn
     place = np.abs(gear.profile - np.interp(gear.face, line.face, line.profile))

@@ -75,7 +75,7 @@ class Mortar:
     points : (q, 3) array [mm]
         Integration points on the slave surface.
     transfer : (k, n_master) sparse array
-        P.
+        P, from the nodes of the master body.
     distance : (k,) array [mm]
         Gap between the two meshes, along the normals.
     covered : (k,) array
@@ -117,10 +117,6 @@ class Mortar:
             )
         values = np.asarray(field, dtype=float)
         return np.full(len(self.nodes), values[()]) if values.ndim == 0 else values[self.nodes]
-
-    def from_master(self, values: FloatArray) -> FloatArray:
-        """Values at the nodes of the master body, such as its wear depth, transferred to the slave nodes."""
-        return np.asarray(self.transfer @ values)
 
     def unit_loads(self) -> tuple[csr_matrix, csr_matrix]:
         """Loads on the unknowns of slave and master for unit forces F, (3 n, k) each.

@@ -163,9 +163,6 @@ class PairMotion(Protocol):
     def edge_insets(self, face: ArrayLike) -> EdgeInsets:
         """How far before the nominal tips their roundings begin [mm]."""
 
-    def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
-
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the pinion less that of the gear at fixed-frame points [mm per radian of the pinion]."""
 
