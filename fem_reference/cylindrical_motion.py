@@ -22,12 +22,10 @@ from scipy.spatial.transform import Rotation
 
 from fem_reference.arrays import FloatArray
 from fem_reference.involute_flank import InvoluteFlank
-from fem_reference.pair_motion import EdgeInsets, FlankMeeting, Pose, displacement
+from fem_reference.pair_motion import ARCSEC, EdgeInsets, FlankMeeting, Pose, displacement
 from semiwear.errors import SceneError
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.scene import CylindricalPair, Placement, Scene
-
-_ARCSEC = 180.0 * 3600.0 / pi
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,7 @@ class CylindricalMotion:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the normal [arcsec/mm]."""
-        return self.ratio / self.lever * _ARCSEC
+        return self.ratio / self.lever * ARCSEC
 
     @property
     def gear_face(self) -> tuple[float, float]:

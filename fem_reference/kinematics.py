@@ -26,12 +26,10 @@ from scipy.spatial.transform import Rotation
 
 from fem_reference.arrays import FloatArray
 from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.pair_motion import EdgeInsets, FlankMeeting, PairMotion, Pose, displacement
+from fem_reference.pair_motion import ARCSEC, EdgeInsets, FlankMeeting, PairMotion, Pose, displacement
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
-
-_ARCSEC = 180.0 * 3600.0 / pi
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ class PairKinematics:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the line of action [arcsec/mm]."""
-        return self.ratio / self.pinion.base_radius * _ARCSEC
+        return self.ratio / self.pinion.base_radius * ARCSEC
 
     def pitch_height(self, face: FloatArray) -> FloatArray:
         """Height of the pitch cone above the gear's pitch plane at gear radii [mm]."""

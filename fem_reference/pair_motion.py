@@ -17,6 +17,9 @@ from scipy.spatial.transform import Rotation
 from fem_reference.arrays import FloatArray
 from semiwear.scene import Placement, Scene
 
+ARCSEC = 180.0 * 3600.0 / pi
+"""Of a radian."""
+
 
 @dataclass(frozen=True)
 class Pose:
