@@ -21,6 +21,7 @@ from semiwear.compliance.section_mesh import ELEMENT, SectionMeshError, elements
 from semiwear.errors import SemiwearError
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
+from tests.strategies.tooth_sections import trapezoid
 
 STEEL = {"youngs_modulus": 206000.0, "poissons_ratio": 0.3}
 COARSE = {"heights": 4, "fillet_elements": 4, "elements_across": 2, "elements_below": 2}
@@ -30,17 +31,6 @@ def harmonic_matrices(mesh, youngs_modulus, poissons_ratio):
     """K0, K1 and K2."""
     k0, mixed, k2 = harmonic_integrals(mesh, youngs_modulus, poissons_ratio)
     return k0, mixed + mixed.T, k2
-
-
-def trapezoid(height=14.0, half_tip=2.5, angle=20.0, radius=2.0, pitch=20.0, rim=15.0, points=41):
-    """Straight flanks, circular fillets, root at y = 0, plane rim."""
-    angle = np.radians(angle)
-    centre = np.array([half_tip + (height - radius) * np.tan(angle) + radius / np.cos(angle), radius])
-    around = np.linspace(np.pi + angle, 1.5 * np.pi, points)
-    fillet = centre + radius * np.stack([np.cos(around), np.sin(around)], axis=1)
-    y = np.linspace(height, fillet[0, 1], points)
-    flank = np.stack([half_tip + (height - y) * np.tan(angle), y], axis=1)
-    return ToothSection(flank, y, fillet, RackRim(pitch, -rim))
 
 
 def involute(teeth=25, module=6.35, bore=0.5, pressure_angle=25.0, points=61):
