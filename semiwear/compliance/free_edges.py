@@ -317,10 +317,7 @@ class FreeEdges:
                     materials[body].youngs_modulus,
                     materials[body].poissons_ratio,
                     None if depths is None else depths[body],
-                    (
-                        EdgeDistance.of(at - lower, lines.arc),
-                        EdgeDistance.of(upper - at, lines.arc),
-                    ),
+                    (EdgeDistance.of(at - lower, lines.arc), EdgeDistance.of(upper - at, lines.arc)),
                     (EdgeDistance.of(to_tip[body], lines.arc, tip_turns[body]),),
                 )
             )
