@@ -25,12 +25,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ELEMENTS, ElasticBody
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _TYPES = {"hex8i": "C3D8I", "hex20": "C3D20"}
 _CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_reference.arrays import BoolArray, FloatArray
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.errors import ConvergenceError, SceneError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

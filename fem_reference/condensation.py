@@ -6,15 +6,14 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
+from fem_reference.arrays import FloatArray, IntArray
+from fem_reference.elasticity import ElasticBody
 from fem_reference.solvers import Factor, factorise
 from fem_reference.substructures import compliance_by_parts
+from fem_reference.tooth_mesh import ToothMesh
 from semiwear.errors import SceneError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BLOCK = 64
 """Right-hand sides solved at once."""
@@ -50,6 +49,17 @@ class SupportedBody:
         self.free = np.flatnonzero(free)
         self.points = points
         self.seconds = {"factor": 0.0, "compliance": 0.0}
+
+    @classmethod
+    def of(cls, mesh: ToothMesh, body: ElasticBody, rotation: FloatArray | None = None) -> SupportedBody:
+        """A body held at its bore or back face, closed to a ring if its mesh has the rest of the ring.
+
+        `rotation` (3, 3) is that by which the body is turned from the frame of the mesh.
+        """
+        stiffness = body.stiffness
+        if mesh.rest is not None:
+            stiffness = stiffness + mesh.rest.stiffness(body, rotation)
+        return cls(stiffness, body.dofs(mesh.held), body.points)
 
     @cached_property
     def factor(self) -> Factor:
@@ -99,11 +109,11 @@ class SupportedBody:
 
         Parameters
         ----------
-        force : (n,) array [N]
+        force : (n,) or (n, k) array [N]
         given : (n,) array, optional [mm]
             Displacement of the held unknowns (the entries of the free ones are not used); default zero.
         """
-        result = np.zeros(self.size)
+        result = np.zeros(np.shape(force))
         load = np.asarray(force, dtype=float)[self.free]
         if given is not None:
             result[:] = given

@@ -1,7 +1,7 @@
 """Contact of elastic bodies: mortar, condensation and active set combined for any number of surface pairs.
 
 `condense` does the part that depends on the meshes alone and `CondensedContact.solve` the rest, in milliseconds:
-other torques, wear depths and levers on the same meshes cost little. `solve_contact` does both.
+other torques and wear depths on the same meshes cost little. `solve_contact` does both.
 """
 
 from __future__ import annotations
@@ -11,17 +11,14 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, hstack
 
-from fem_reference.active_set import BoolArray, solve_complementarity
+from fem_reference.active_set import solve_complementarity
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.condensation import SupportedBody
 from fem_reference.mortar import Field, Mortar, couple
 from fem_reference.surface import Surface
 from semiwear.errors import SceneError, SemiwearError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FULL_COVER = 0.98
 """Covered fraction of the facets about a node above which it does not overhang the other surface."""
@@ -107,11 +104,6 @@ class PairContact:
     def peak_pressure(self) -> float:
         """Greatest nodal pressure [MPa], at edges too."""
         return float(self.pressure.max())
-
-    @property
-    def peak_pressure_inside(self) -> float:
-        """Greatest nodal pressure away from edges [MPa]."""
-        return float(self.pressure[~self.on_edge].max(initial=0.0))
 
     @property
     def resolved(self) -> bool:
@@ -217,7 +209,6 @@ class CondensedContact:
         torque: float,
         *,
         gaps: Sequence[Field | None] | None = None,
-        levers: Sequence[Field] | None = None,
         start: Sequence[BoolArray] | None = None,
         displacements: bool = False,
     ) -> ContactSolution:
@@ -226,7 +217,7 @@ class CondensedContact:
         Parameters
         ----------
         torque : float [N mm, or N when the levers are 1]
-        gaps, levers : sequences, optional
+        gaps : sequence, optional
             Instead of those of the pairs.
         start : sequence of bool arrays, optional
             `PairContact.active` of a nearby solution.
@@ -234,13 +225,12 @@ class CondensedContact:
             Whether to work out the displacement of all nodes of all bodies.
         """
         gaps = [pair.gap for pair in self.pairs] if gaps is None else gaps
-        levers = [pair.lever for pair in self.pairs] if levers is None else levers
         started = perf_counter()
         opening = [m.distance if gap is None else m.average(gap) for m, gap in zip(self.mortars, gaps, strict=True)]
         solution = solve_complementarity(
             self.compliance,
             np.concatenate(opening),
-            np.concatenate([m.average(lever) for m, lever in zip(self.mortars, levers, strict=True)]),
+            np.concatenate([m.average(pair.lever) for m, pair in zip(self.mortars, self.pairs, strict=True)]),
             torque,
             start=None if start is None else np.concatenate(list(start)),
         )

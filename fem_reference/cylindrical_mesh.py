@@ -12,14 +12,12 @@ from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from fem_reference.hexahedra import MeshError
 from fem_reference.involute_flank import InvoluteFlank
 from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teeth
-
-FloatArray = NDArray[np.float64]
 
 _FILLET_POINTS = 161
 

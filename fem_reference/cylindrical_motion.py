@@ -17,18 +17,15 @@ from functools import cached_property
 from math import atan, cos, pi, radians, tan
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from fem_reference.involute_flank import InvoluteFlank
-from fem_reference.pair_motion import EdgeInsets, FlankMeeting, Pose, displacement, rounded
+from fem_reference.pair_motion import ARCSEC, EdgeInsets, FlankMeeting, Pose, displacement
 from semiwear.errors import SceneError
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.scene import CylindricalPair, Placement, Scene
-
-FloatArray = NDArray[np.float64]
-
-_ARCSEC = 180.0 * 3600.0 / pi
 
 
 @dataclass(frozen=True)
@@ -111,7 +108,7 @@ class CylindricalMotion:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the normal [arcsec/mm]."""
-        return self.ratio / self.lever * _ARCSEC
+        return self.ratio / self.lever * ARCSEC
 
     @property
     def gear_face(self) -> tuple[float, float]:
@@ -201,10 +198,6 @@ class CylindricalMotion:
             gear_tip=np.full(np.shape(face), table.gear_tip_edge_radius_mm * gear),
             pinion_tip=table.pinion_tip_edge_radius_mm * pinion,
         )
-
-    def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
-        return rounded(self, face, profile, met)
 
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the pinion minus that of the gear at fixed-frame points [mm per radian of the pinion]."""

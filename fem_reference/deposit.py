@@ -20,9 +20,9 @@ from functools import lru_cache
 from math import ceil, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.edge_rule import reference_half_width
 from fem_reference.fem_results import line_load
 from fem_reference.mesh_position import PairResult, PositionResult
@@ -30,9 +30,6 @@ from fem_reference.pair_motion import PairMotion
 from fem_reference.pairs import module_of
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _FARTHEST = 0.315  # modules from the fresh line up to which pressures are held: 2 mm in the shipped scene
 _SPACING = 0.1  # reference half-widths between places where they are, at most
@@ -143,7 +140,7 @@ class Deposit:
 
     @classmethod
     def of(
-        cls, fresh: RigidFlank, rolls: FloatArray, loaded: NDArray[np.bool_] | None = None, *, steps: int = _STEPS
+        cls, fresh: RigidFlank, rolls: FloatArray, loaded: BoolArray | None = None, *, steps: int = _STEPS
     ) -> Deposit:
         """For pressures at these growing roll positions, which are zero except at the `loaded` ones."""
         track = _Track.of(fresh)
@@ -169,7 +166,7 @@ class Deposit:
         return np.asarray((self.operator @ pressures.ravel()).reshape(self.profile.shape))
 
 
-def marched(fresh: RigidFlank, rolls: FloatArray, pressures: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def marched(fresh: RigidFlank, rolls: FloatArray, pressures: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The same sum over a short range, roll position by roll position, without interpolation between them.
 
     A check of `Deposit`, after Park, Kolivand, Kahraman 2012 (Mech. Mach. Theory): with steps of a fifth of the

@@ -12,11 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fem_reference.arrays import FloatArray, IntArray
 
 LEAST = 80
 """Nodes of a part that is not divided further."""

@@ -17,16 +17,13 @@ from __future__ import annotations
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
+from fem_reference.arrays import BoolArray, FloatArray
 from fem_reference.pair_motion import PairMotion
 from fem_reference.pairs import module_of, pair_motion
 from fem_reference.rigid_lines import RigidLine, effective_modulus
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _ACROSS = 2.0  # reference half-widths from an edge
 _ALONG = 12.0  # reference half-widths along the line from a slice whose edge presses

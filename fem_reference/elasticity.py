@@ -17,14 +17,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
 from skfem import Element, ElementHex1, ElementHex2, ElementHexS2, MeshHex
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fem_reference.arrays import FloatArray, IntArray
+from semiwear.scene import Material
 
 STRESS_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Order of the six components of stress, and of strain with engineering shear."""
@@ -90,6 +89,12 @@ class ElasticBody:
         self.elements: IntArray = Dofs(mesh, self._kind.element).element_dofs.T.astype(np.int64)
         self.points: FloatArray = self._node_points()
 
+    @classmethod
+    def of(cls, mesh: MeshHex, element: str, material: Material) -> ElasticBody:
+        """A body of a scene's material."""
+        elastic = {"youngs_modulus": material.youngs_modulus_MPa, "poissons_ratio": material.poissons_ratio}
+        return cls(mesh, element=element, **elastic)
+
     @property
     def lame(self) -> tuple[float, float]:
         """Lame's constants lambda and mu [MPa]."""
@@ -97,8 +102,8 @@ class ElasticBody:
         return e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu))
 
     def dofs(self, nodes: IntArray) -> IntArray:
-        """Numbers of the x, y and z unknowns of displacement nodes: (n, 3) array."""
-        return 3 * np.asarray(nodes, dtype=np.int64)[:, None] + np.arange(3)
+        """Numbers of the x, y and z unknowns of displacement nodes: (..., 3) array."""
+        return 3 * np.asarray(nodes, dtype=np.int64)[..., None] + np.arange(3)
 
     def free_dofs(self, fixed_nodes: IntArray) -> IntArray:
         """Numbers of the unknowns left when displacement nodes are held."""
@@ -128,7 +133,7 @@ class ElasticBody:
             One displacement of all unknowns, or k of them.
         points_on : str
             ``"nodes"``: extrapolated from the 2 x 2 x 2 Gauss points and averaged over the elements of a node;
-            ``"gauss"``: at the 2 x 2 x 2 Gauss points of each element, see `gauss_points`.
+            ``"gauss"``: at the 2 x 2 x 2 Gauss points of each element.
         nodes : array of int, optional
             Displacement nodes; default all.
 
@@ -146,15 +151,9 @@ class ElasticBody:
         result = np.empty((len(self.elements), 8, 6, *columns))
         for start in range(0, len(self.elements), _BATCH):
             part = slice(start, start + _BATCH)
-            unknowns = self._element_dofs(self.elements[part])
+            unknowns = self._element_dofs(part)
             result[part] = np.einsum("mqsa,ma...->mqs...", self._stress_matrices(part), displacement[unknowns])
         return result
-
-    @property
-    def gauss_points(self) -> FloatArray:
-        """Places of the 2 x 2 x 2 Gauss points: (elements, 8, 3) array [mm]."""
-        values = np.array([self._kind.element.lbasis(_gauss(3)[0], a)[0] for a in range(self.elements.shape[1])])
-        return np.asarray(np.einsum("aq,mai->mqi", values, self.points[self.elements]))
 
     def stress_operator(self, nodes: IntArray) -> csr_matrix:
         """Matrix that turns a displacement into the nodal stress at some nodes: (6 nodes, 3 n) [MPa/mm]."""
@@ -170,7 +169,7 @@ class ElasticBody:
             element, local = np.nonzero(row_of[self.elements[part]] >= 0)
             node = self.elements[part][element, local]
             block = at_nodes[element, local] / share[node, None, None]
-            unknowns = self._element_dofs(self.elements[part])[element]
+            unknowns = self._element_dofs(part)[element]
             row = 6 * row_of[node][:, None] + np.arange(6)
             rows.append(np.broadcast_to(row[:, :, None], block.shape).ravel())
             columns.append(np.broadcast_to(unknowns[:, None, :], block.shape).ravel())
@@ -192,9 +191,9 @@ class ElasticBody:
         points[self.elements] = np.einsum("ap,mai->mpi", weights, corners)
         return points
 
-    @staticmethod
-    def _element_dofs(elements: IntArray) -> IntArray:
-        return (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
+    def _element_dofs(self, part: slice | IntArray) -> IntArray:
+        unknowns = self.dofs(self.elements[part])
+        return unknowns.reshape(len(unknowns), -1)
 
     def _gradients(
         self, part: slice | IntArray, quadrature: tuple[FloatArray, FloatArray]

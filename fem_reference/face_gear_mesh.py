@@ -10,18 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi, radians
+from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fem_reference.face_gear_scene import face_gear_pair
+from fem_reference.arrays import FloatArray
 from fem_reference.hexahedra import MeshError
+from fem_reference.kinematics import PairKinematics
 from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teeth
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -116,18 +114,8 @@ def face_gear_mesh(
     MeshError
         Where the tooth is pointed or undercut, or an element is folded.
     """
-    pair = face_gear_pair(scene)
-    tooth = FaceGearTooth(
-        shaper_teeth=pair.shaper_teeth,
-        gear_teeth=pair.gear_teeth,
-        module=pair.module_mm,
-        pressure_angle=radians(pair.pressure_angle_deg),
-        gear_addendum=pair.gear_addendum_mm,
-        shaper_addendum=pair.shaper_addendum_mm,
-        shaper_tip_radius=pair.shaper_tip_radius_mm,
-        rim_thickness=pair.gear_rim_thickness_mm,
-    )
-    surface = FaceGearSurface(tooth, (pair.gear_inner_radius_mm, pair.gear_outer_radius_mm))
+    motion = PairKinematics(scene)
+    surface = FaceGearSurface(motion.gear, motion.gear_face)
     first = -((teeth - 1) // 2)
-    divisions = divisions or Divisions.of_module(pair.module_mm)
+    divisions = divisions or Divisions.of_module(motion.gear.module)
     return mesh_teeth(surface, range(first, first + teeth), element, refinements or {}, divisions, detailed)

@@ -8,9 +8,9 @@ from math import pi
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from fem_reference.arrays import FloatArray
 from fem_reference.edge_rule import beside_edges, reference_half_width
 from fem_reference.mesh_position import PairResult, PositionResult
 from fem_reference.pair_motion import PairMotion, line_speed
@@ -19,8 +19,6 @@ from fem_reference.root_load import BODIES
 from fem_reference.wear import face_stations
 from semiwear.results import build_tree, provenance
 from semiwear.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 _ZERO_POSITIONS = 24  # of the mesh cycle over which the unloaded, unworn lead is averaged
 _SHIFT = 0.02  # roll positions before and after, between which a line's speed is taken

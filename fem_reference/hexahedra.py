@@ -11,18 +11,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import ElementHex1, ElementHex2, MeshHex, MeshHex2
 from skfem.assembly import Dofs
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ELEMENTS
 from semiwear.errors import SemiwearError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _SAMPLES = 4001  # at which an element size is integrated
 

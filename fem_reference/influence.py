@@ -30,10 +30,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.sparse import coo_matrix, csr_matrix
 
+from fem_reference.arrays import FloatArray
 from fem_reference.elasticity import ElasticBody
 from fem_reference.face_gear_mesh import face_gear_mesh
 from fem_reference.face_gear_scene import face_gear_pair
@@ -42,9 +42,6 @@ from fem_reference.root_stress import fillet_operator
 from fem_reference.solvers import factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
 from semiwear.scene import Material, Scene
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 OFFSETS = (-2, -1, 0, 1, 2)
 """Observed teeth; +1 is the neighbour on the side that the loaded flank faces."""
@@ -153,12 +150,7 @@ def _body_influence(
         towards_fillet=_TOWARDS_FILLET,
     )
     mesh = (pinion_mesh, face_gear_mesh)[which](scene, element="hex20", teeth=_TEETH[which], divisions=divisions)
-    body = ElasticBody(
-        mesh.mesh,
-        element="hex20",
-        youngs_modulus=material.youngs_modulus_MPa,
-        poissons_ratio=material.poissons_ratio,
-    )
+    body = ElasticBody.of(mesh.mesh, "hex20", material)
     every = 2 * resolution.elements_between_stations  # lattice columns from station to station
     flank = mesh.flanks[0, LOADED]
     nodes = flank.nodes[::2, ::every]

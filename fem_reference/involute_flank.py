@@ -17,12 +17,10 @@ from dataclasses import dataclass
 from math import atan, cos, pi, sqrt, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_reference.arrays import FloatArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.involute import involute_function
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

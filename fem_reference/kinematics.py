@@ -21,18 +21,15 @@ from functools import cached_property
 from math import pi, radians
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.pair_motion import EdgeInsets, FlankMeeting, PairMotion, Pose, displacement, rounded
+from fem_reference.pair_motion import ARCSEC, EdgeInsets, FlankMeeting, PairMotion, Pose, displacement
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
-
-FloatArray = NDArray[np.float64]
-
-_ARCSEC = 180.0 * 3600.0 / pi
 
 
 @dataclass(frozen=True)
@@ -102,7 +99,7 @@ class PairKinematics:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the line of action [arcsec/mm]."""
-        return self.ratio / self.pinion.base_radius * _ARCSEC
+        return self.ratio / self.pinion.base_radius * ARCSEC
 
     def pitch_height(self, face: FloatArray) -> FloatArray:
         """Height of the pitch cone above the gear's pitch plane at gear radii [mm]."""
@@ -220,10 +217,6 @@ class PairKinematics:
             gear_tip=table.gear_tip_edge_radius_mm * np.tan(0.5 * gear_turn),
             pinion_tip=table.pinion_tip_edge_radius_mm * float(np.tan(0.5 * pinion_turn)),
         )
-
-    def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
-        return rounded(self, face, profile, met)
 
     # --- speeds ----------------------------------------------------------------------------------------------
 

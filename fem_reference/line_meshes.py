@@ -7,21 +7,18 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.contact import ContactPair
 from fem_reference.elasticity import ElasticBody
 from fem_reference.moved_nodes import moved_flanks
-from fem_reference.pair_motion import Pose
+from fem_reference.pair_motion import Pose, rounded
 from fem_reference.pairs import body_mesh, module_of
 from fem_reference.rigid_lines import Forecast, RigidFlank, RigidLine, effective_modulus
 from fem_reference.root_load import BODIES
 from fem_reference.surface import Surface
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, Refinement, ToothMesh
 from semiwear.errors import SceneError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 WORN_FLANK = ("gap", "moved_nodes")
 """Treatment of wear: as a gap over the unworn mesh, or by nodes moved along their normals."""
@@ -219,7 +216,7 @@ def candidates(
     moved = settings.worn_flank == "moved_nodes"
     own, normal = pair.gear.points(face, gear.profile)
     met = pair.met_by(own - worn[..., None] * normal if moved else own, normal, line.roll)
-    fresh = met.gap + pair.rounding(face, gear.profile, met)
+    fresh = met.gap + rounded(pair, face, gear.profile, met)
     fresh = np.where(np.isfinite(fresh), np.minimum(fresh, _APART), _APART)
     gap = fresh if moved else fresh + worn
     place = np.abs(gear.profile - np.interp(gear.face, line.face, line.profile))
@@ -259,7 +256,7 @@ def candidates(
     )
 
 
-def _surface(name: str, points: FloatArray, grid: FlankGrid, chosen: NDArray[np.bool_], pose: Pose) -> Surface:
+def _surface(name: str, points: FloatArray, grid: FlankGrid, chosen: BoolArray, pose: Pose) -> Surface:
     """Facets of a flank with a chosen node, counter-clockwise from outside, and the flank's real edges."""
     n = grid.nodes
     quads = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1)

@@ -17,8 +17,9 @@ from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fem_reference.arrays import FloatArray
 from fem_reference.contact import ContactMeshError
 from fem_reference.fem_results import result_groups, tree_of
 from fem_reference.mesh_position import MeshedPosition, MeshSettings, PositionResult
@@ -28,8 +29,6 @@ from fem_reference.root_load import RootStress
 from fem_reference.wear import wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene
-
-FloatArray = NDArray[np.float64]
 
 _WIDER = 2.0  # times the patch of a pair whose contact reached its border
 _WIDEST = 1.0  # a patch as wide as that, in times of the usual one, may be made wider: once

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex
 
-from fem_reference.active_set import BoolArray
+from fem_reference.arrays import BoolArray, FloatArray
 from fem_reference.condensation import SupportedBody
 from fem_reference.contact import CondensedContact, ContactSolution, PairContact, condense
 from fem_reference.elasticity import ElasticBody
@@ -21,9 +20,7 @@ from fem_reference.root_load import BODIES, RootStress
 from fem_reference.tooth_mesh import ToothMesh
 from semiwear.scene import Material
 
-__all__ = ["MeshSettings", "MeshedPosition", "PairResult", "PositionResult", "solve_position"]
-
-FloatArray = NDArray[np.float64]
+__all__ = ["MeshSettings", "MeshedPosition", "PairResult", "PositionResult"]
 
 
 @dataclass(frozen=True)
@@ -99,7 +96,7 @@ class MeshedPosition:
 
     @classmethod
     def of(cls, flank: RigidFlank, mesh_position: float, torque: float, settings: MeshSettings) -> MeshedPosition:
-        """Mesh and condense; arguments as for `solve_position`."""
+        """Mesh and condense, with patches for a torque [N mm]; `flank` has pair, placement and wear."""
         pair, scene = flank.pair, flank.pair.scene
         started = perf_counter()
         lines = flank.lines(mesh_position)
@@ -108,7 +105,9 @@ class MeshedPosition:
         meshes = line_meshes(flank, mesh_position, expected, settings)
         meshed = perf_counter()
         bodies = {name: _elastic(meshes[name], poses[name], getattr(scene.material, name)) for name in BODIES}
-        supported = {name: _supported(meshes[name], body, poses[name]) for name, body in bodies.items()}
+        supported = {
+            name: SupportedBody.of(meshes[name], body, poses[name].rotation) for name, body in bodies.items()
+        }
         every = {j: candidates(flank, expected, j, settings, meshes, bodies, poses) for j in expected.lines}
         # a pair that is expected to touch may have no node near enough
         found = {j: one for j, one in every.items() if len(one.contact.slave.quads) and len(one.contact.master.quads)}
@@ -158,37 +157,7 @@ class MeshedPosition:
         return PositionResult(pairs, solution, self.expected, stress, seconds)
 
 
-def solve_position(
-    flank: RigidFlank, mesh_position: float, torque: float, settings: MeshSettings, roots: RootStress | None = None
-) -> PositionResult:
-    """Contact of all tooth pairs at a mesh position.
-
-    Parameters
-    ----------
-    flank : RigidFlank
-        Pair, placement and wear.
-    mesh_position : float
-    torque : float [N mm]
-    settings : MeshSettings
-    roots : RootStress, optional
-        Default: no root stress.
-    """
-    return MeshedPosition.of(flank, mesh_position, torque, settings).solve(torque, roots)
-
-
-def _supported(mesh: ToothMesh, body: ElasticBody, pose: Pose) -> SupportedBody:
-    """The body in the fixed frame, held at its bore, closed to a ring if its mesh has the rest of the ring."""
-    stiffness = body.stiffness
-    if mesh.rest is not None:
-        stiffness = stiffness + mesh.rest.stiffness(body, pose.rotation)
-    return SupportedBody(stiffness, body.dofs(mesh.held), body.points)
-
-
 def _elastic(mesh: ToothMesh, pose: Pose, material: Material) -> ElasticBody:
     """The body in the fixed frame."""
-    return ElasticBody(
-        MeshHex(np.ascontiguousarray(pose.points(mesh.mesh.p.T).T), mesh.mesh.t),
-        element=mesh.element,
-        youngs_modulus=material.youngs_modulus_MPa,
-        poissons_ratio=material.poissons_ratio,
-    )
+    placed = MeshHex(np.ascontiguousarray(pose.points(mesh.mesh.p.T).T), mesh.mesh.t)
+    return ElasticBody.of(placed, mesh.element, material)

@@ -29,15 +29,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags_array
 
+from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.segments import bilinear, clip, integration_points, local_coordinates, signed_area
 from fem_reference.surface import Surface, sphere_of
 from semiwear.errors import SceneError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 Field = Callable[[FloatArray], FloatArray] | FloatArray | float
 """A quantity on the slave surface: a function of (q, 3) positions, a value per node of the body, or a constant."""
@@ -78,7 +75,7 @@ class Mortar:
     points : (q, 3) array [mm]
         Integration points on the slave surface.
     transfer : (k, n_master) sparse array
-        P.
+        P, from the nodes of the master body.
     distance : (k,) array [mm]
         Gap between the two meshes, along the normals.
     covered : (k,) array
@@ -120,10 +117,6 @@ class Mortar:
             )
         values = np.asarray(field, dtype=float)
         return np.full(len(self.nodes), values[()]) if values.ndim == 0 else values[self.nodes]
-
-    def from_master(self, values: FloatArray) -> FloatArray:
-        """Values at the nodes of the master body, such as its wear depth, transferred to the slave nodes."""
-        return np.asarray(self.transfer @ values)
 
     def unit_loads(self) -> tuple[csr_matrix, csr_matrix]:
         """Loads on the unknowns of slave and master for unit forces F, (3 n, k) each.
@@ -199,7 +192,7 @@ def couple(
     )
 
 
-def _keepers(slave: Surface, nodes: IntArray, weight: FloatArray, small: NDArray[np.bool_]) -> IntArray:
+def _keepers(slave: Surface, nodes: IntArray, weight: FloatArray, small: BoolArray) -> IntArray:
     """Index of the node that represents each node: itself, or for a node of small area a neighbour of larger area."""
     row_of = np.full(len(slave.points), -1, dtype=np.int64)
     row_of[nodes] = np.arange(len(nodes))

@@ -13,18 +13,15 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
 from skfem import ElementHex1, ElementHex2, MeshHex
 from skfem.assembly import Dofs
 
+from fem_reference.arrays import BoolArray, FloatArray
 from fem_reference.hexahedra import check_jacobians
 from fem_reference.solvers import factorise
 from fem_reference.tooth_mesh import LOADED, OPPOSITE, ToothMesh
 from fem_reference.wear import WearDepth
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int], *, borders_stay: bool = False) -> ToothMesh:
@@ -109,7 +106,7 @@ def _between(mesh: MeshHex, motion: FloatArray) -> FloatArray:
     return result
 
 
-def _smoothed(mesh: MeshHex, given: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
+def _smoothed(mesh: MeshHex, given: FloatArray, known: BoolArray) -> FloatArray:
     """Displacements (n, 3) that are the mean of their neighbours' wherever they are not known."""
     start, end = mesh.edges
     both = np.concatenate([start, end]), np.concatenate([end, start])

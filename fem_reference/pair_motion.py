@@ -11,12 +11,14 @@ from math import pi
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fem_reference.arrays import FloatArray
 from semiwear.scene import Placement, Scene
 
-FloatArray = NDArray[np.float64]
+ARCSEC = 180.0 * 3600.0 / pi
+"""Of a radian."""
 
 
 @dataclass(frozen=True)
@@ -86,15 +88,12 @@ class GearFlank(Protocol):
     @property
     def root_profile(self) -> float:
         """Profile coordinate where the fillet begins [mm]."""
-        ...
 
     def tip_profile(self, face: FloatArray) -> FloatArray:
         """Profile coordinate of the tip at face coordinates [mm]."""
-        ...
 
     def points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and outward unit normals (..., 3) of tooth 0 in the gear's own frame [mm], [1]."""
-        ...
 
 
 class PairMotion(Protocol):
@@ -102,97 +101,73 @@ class PairMotion(Protocol):
 
     def __hash__(self) -> int:
         """Of scene and placement."""
-        ...
 
     @property
     def scene(self) -> Scene:
         """The scene with the pair."""
-        ...
 
     @property
     def placement(self) -> Placement:
         """Rigid displacement of the pinion."""
-        ...
 
     @property
     def gear(self) -> GearFlank:
         """The gear's loaded flank."""
-        ...
 
     @property
     def pinion_teeth(self) -> int:
         """Number of the pinion's teeth."""
-        ...
 
     @property
     def lever(self) -> float:
         """How much a rotation of the pinion closes the gap, wherever the contact is [mm per radian]."""
-        ...
 
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the normal [arcsec/mm]."""
-        ...
 
     @property
     def gear_face(self) -> tuple[float, float]:
         """Ends of the gear's teeth [mm]."""
-        ...
 
     @property
     def pinion_face(self) -> tuple[float, float]:
         """Ends of the pinion's teeth along its axis [mm]."""
-        ...
 
     @property
     def pitch_face(self) -> float:
         """Face coordinate of the pitch point, whose profile coordinate is zero [mm]."""
-        ...
 
     @property
     def pinion_profile_limits(self) -> tuple[float, float]:
         """Profile coordinates at which the pinion's involute begins and at which its tip circle cuts it [mm]."""
-        ...
 
     def pitch_profile(self, face: FloatArray) -> FloatArray:
         """Profile coordinate of the gear's pitch surface at face coordinates [mm]."""
-        ...
 
     def flank_grid(self, face: FloatArray, radius: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Face (F,) and profile (P, F) coordinates of the points of a `/flank` group [mm]."""
-        ...
 
     def gear_pose(self, roll: float) -> Pose:
         """The gear at a roll position."""
-        ...
 
     def pinion_pose(self, roll: float) -> Pose:
         """The pinion at a roll position, displaced by the placement."""
-        ...
 
     def turned_to_zero(self, body: str, pair: int) -> FloatArray:
         """Rotation (3, 3) of a body in its own frame that brings the tooth of a pair to tooth 0."""
-        ...
 
     def meeting(self, face: ArrayLike, profile: ArrayLike, roll: float) -> FlankMeeting:
         """Meeting points of flank points of gear tooth 0 at a roll position."""
-        ...
 
     def met_by(self, points: FloatArray, normals: FloatArray, roll: float) -> FlankMeeting:
         """Meeting points of points (..., 3) of gear tooth 0, given in the gear's own frame."""
-        ...
 
     def edge_insets(self, face: ArrayLike) -> EdgeInsets:
         """How far before the nominal tips their roundings begin [mm]."""
-        ...
-
-    def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
-        ...
 
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the pinion less that of the gear at fixed-frame points [mm per radian of the pinion]."""
-        ...
 
 
 def displacement(placement: Placement, pitch_point: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from fem_reference.arrays import FloatArray
 from fem_reference.edge_rule import reference_half_width
 from fem_reference.fem_results import line_motion
 from fem_reference.kinematics import PairKinematics, face_gear_motion
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 from semiwear.results import Zone
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e3
 _TRACED = 24  # rigid lines a mesh cycle, from which the passage of flank points is read

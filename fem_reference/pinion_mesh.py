@@ -10,18 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import pi, radians
+from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fem_reference.face_gear_scene import face_gear_pair
+from fem_reference.arrays import FloatArray
 from fem_reference.hexahedra import MeshError
+from fem_reference.kinematics import PairKinematics
 from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teeth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -109,20 +107,10 @@ def pinion_mesh(
     MeshError
         Where the tooth is pointed or undercut, or an element is folded.
     """
-    pair = face_gear_pair(scene)
-    tooth = InvoluteTooth(
-        teeth=pair.pinion_teeth,
-        module=pair.module_mm,
-        pressure_angle=radians(pair.pressure_angle_deg),
-        addendum=pair.pinion_addendum_mm,
-        rack_addendum=pair.rack_addendum_mm,
-        rack_tip_radius=pair.rack_tip_radius_mm,
-        bore_radius=pair.pinion_bore_radius_mm,
-    )
-    half_width = 0.5 * pair.pinion_face_width_mm
-    surface = PinionSurface(tooth, (pair.pinion_centre_mm - half_width, pair.pinion_centre_mm + half_width))
-    whole = int(tooth.teeth)
+    motion = PairKinematics(scene)
+    surface = PinionSurface(motion.pinion, motion.pinion_face)
+    whole = motion.pinion_teeth
     count = whole if teeth is None else min(teeth, whole)
     first = -((count - 1) // 2)
-    divisions = divisions or Divisions.of_module(pair.module_mm)
+    divisions = divisions or Divisions.of_module(motion.pinion.module)
     return mesh_teeth(surface, range(first, first + count), element, refinements or {}, divisions, detailed)

@@ -26,12 +26,10 @@ from math import ceil
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from fem_reference.arrays import FloatArray
 from fem_reference.hexahedra import MeshError, equal_shares, with_middles
-
-FloatArray = NDArray[np.float64]
 
 _SAG = 0.15  # fall of the tooth's lower border from M to the middle and lean of the sides below M: opens M's angles
 _FROM_END = 0.25  # growth of elements along the face from where contact may end, mm for each mm
@@ -135,46 +133,36 @@ class ToothSurface(Protocol):
 
     def __hash__(self) -> int:
         """Hash of the data from which it is made."""
-        ...
 
     @property
     def name(self) -> str:
         """Name of the body in error messages."""
-        ...
 
     @property
     def face_limits(self) -> tuple[float, float]:
         """Ends of the teeth."""
-        ...
 
     @property
     def foot(self) -> float:
         """Section height of the held back face or bore."""
-        ...
 
     def half_pitch(self, face: float) -> float:
         """Section coordinate x of the middle of the tooth space."""
-        ...
 
     def profile_limits(self, face: float) -> tuple[float, float]:
         """Profile coordinate of the lower end of the flank and of the tip."""
-        ...
 
     def flank(self, profile: FloatArray, face: float) -> tuple[FloatArray, FloatArray]:
         """Section points (n, 2) of the loaded flank and its outward normals (n, 3) along arc, height and face."""
-        ...
 
     def fillet(self, face: float) -> FloatArray:
         """Section points (k, 2) of the fillet, from the end of the flank to the root."""
-        ...
 
     def to_space(self, section: FloatArray, face: float, tooth: int) -> FloatArray:
         """Points (..., 3) of section points (..., 2) of a tooth."""
-        ...
 
     def directions(self, across: FloatArray, face: float, tooth: int) -> FloatArray:
         """Unit vectors (..., 3, 3) along arc, height and face at section coordinates x."""
-        ...
 
 
 # --- stations ----------------------------------------------------------------------------------------------

@@ -13,15 +13,13 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from fem_reference.pair_motion import PairMotion
+from fem_reference.arrays import FloatArray
+from fem_reference.pair_motion import PairMotion, rounded
 from fem_reference.wear import NoWear, WearDepth
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.scene import Material, Scene
-
-FloatArray = NDArray[np.float64]
 
 _FAR = 1.0  # mm: greater gaps are not distinguished
 _APPROACH = 14.0  # approach of loaded gear teeth, tooth bending included, times pi E* over the line load: usual value
@@ -120,15 +118,15 @@ class RigidFlank:
         face, profile, worn = self._grid
         met = self.pair.meeting(face, profile, roll)
         smooth = met.gap + worn
-        rounded = self.pair.rounding(face, profile, met)
-        gap = smooth + rounded
+        rounding = rounded(self.pair, face, profile, met)
+        gap = smooth + rounding
         place = np.argmin(gap, axis=1)
         rows = np.arange(len(place))
         inner = np.clip(place, 1, self.heights - 2)
         left, middle, right = (smooth[rows, inner + k] for k in (-1, 0, 1))
         bend = left - 2.0 * middle + right
         # between grid points only away from tips: the parabola does not represent their roundings
-        near = rounded[rows[:, None], inner[:, None] + [-1, 0, 1]]
+        near = rounding[rows[:, None], inner[:, None] + [-1, 0, 1]]
         free = (place == inner) & (bend > 0.0) & np.isfinite(near[:, 1]) & (near == near[:, 1:2]).all(axis=1)
         shift = np.where(free, 0.5 * (left - right) / np.where(free, bend, 1.0), 0.0)
         step = profile[:, 1] - profile[:, 0]

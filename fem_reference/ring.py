@@ -18,16 +18,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import coo_matrix, csr_matrix
 from skfem import MeshHex
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ElasticBody
 from fem_reference.substructures import compliance_by_parts
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

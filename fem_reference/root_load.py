@@ -8,23 +8,20 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from fem_reference.arrays import FloatArray
+from fem_reference.condensation import SupportedBody
 from fem_reference.elasticity import ElasticBody
 from fem_reference.pair_motion import Pose
 from fem_reference.pairs import body_mesh, module_of, pair_motion
 from fem_reference.root_stress import fillet_stress
-from fem_reference.solvers import Factor, factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
 from semiwear.errors import ConvergenceError
 from semiwear.scene import CylindricalPair, Scene
 
 if TYPE_CHECKING:
     from fem_reference.mesh_position import PairResult
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BODIES = ("pinion", "gear")
 
@@ -94,42 +91,28 @@ class RootStress:
         )
 
     @cached_property
-    def systems(self) -> dict[str, tuple[ElasticBody, IntArray, Factor]]:
-        """Of each body its elasticity, its free unknowns and the factor of their stiffness."""
+    def systems(self) -> dict[str, tuple[ElasticBody, SupportedBody]]:
+        """Elasticity of each body, and the body held."""
         systems = {}
         for name, mesh in self.meshes.items():
-            material = getattr(self.scene.material, name)
-            body = ElasticBody(
-                mesh.mesh,
-                element="hex20",
-                youngs_modulus=material.youngs_modulus_MPa,
-                poissons_ratio=material.poissons_ratio,
-            )
-            free = body.free_dofs(mesh.held)
-            stiffness = body.stiffness if mesh.rest is None else body.stiffness + mesh.rest.stiffness(body)
-            systems[name] = (
-                body,
-                free,
-                factorise(csr_matrix(stiffness)[free][:, free], places=body.points[free // 3]),
-            )
+            body = ElasticBody.of(mesh.mesh, "hex20", getattr(self.scene.material, name))
+            systems[name] = body, SupportedBody.of(mesh, body)
         return systems
 
     def of(self, pairs: Mapping[int, PairResult], poses: Mapping[str, Pose]) -> dict[tuple[str, int], float]:
         """Greatest tangential stress of the root of every loaded tooth, loaded side [MPa]."""
         result = {}
         for name in BODIES:
-            body, free, factor = self.systems[name]
+            body, supported = self.systems[name]
             mesh = self.meshes[name]
             forces = np.stack([self.forces(name, observed, pairs, poses[name]) for observed in pairs], axis=1)
-            displacement = np.zeros_like(forces)
-            displacement[free] = factor.solve(forces[free])
-            for j, moved in zip(pairs, displacement.T, strict=True):
+            for j, moved in zip(pairs, supported.displacement(forces).T, strict=True):
                 result[name, j] = fillet_stress(body, mesh, moved).greatest
         return result
 
     def forces(self, name: str, observed: int, pairs: Mapping[int, PairResult], pose: Pose) -> FloatArray:
         """Nodal forces (3 n,) of all pairs on a body turned so that the observed pair's tooth is tooth 0 [N]."""
-        body, _, _ = self.systems[name]
+        body, _ = self.systems[name]
         mesh, motion = self.meshes[name], pair_motion(self.scene)
         force = np.zeros((len(body.points), 3))
         for j, found in pairs.items():

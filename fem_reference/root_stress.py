@@ -32,13 +32,11 @@ from scipy.sparse import coo_matrix, csr_matrix, kron
 from skfem import Element, ElementQuad1, ElementQuad2, ElementQuadS2
 from skfem.quadrature import get_quadrature
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ElasticBody
 from fem_reference.tooth_mesh import LOADED, ToothMesh
 
 _T = TypeVar("_T", bound=np.generic)
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ROOT_FROM = 0.3
 """Fraction of the fillet's length, from the end of the flank, in which stress does not count as root stress."""

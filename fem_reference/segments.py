@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import roots_jacobi, roots_legendre
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fem_reference.arrays import FloatArray, IntArray
 
 
 def _conical_product(count: int) -> tuple[FloatArray, FloatArray]:

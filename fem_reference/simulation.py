@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fem_reference.arrays import FloatArray
 from fem_reference.deposit import Deposit, by_roll
 from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.fem_results import result_groups, tree_of
@@ -26,8 +27,6 @@ from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import FlankWear, wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene
-
-FloatArray = NDArray[np.float64]
 
 WEAR_POSITIONS = 18
 """Default number of mesh positions; lines move by less than a contact width between two of them."""

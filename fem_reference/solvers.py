@@ -14,14 +14,12 @@ from importlib import import_module
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, spmatrix, triu
 from scipy.sparse.linalg import splu
 
+from fem_reference.arrays import FloatArray
 from fem_reference.substructures import DissectionFactor
 from semiwear.errors import MissingExtraError
-
-FloatArray = NDArray[np.float64]
 
 SOLVERS = ("pardiso", "dissection", "superlu")
 """By preference."""
@@ -46,7 +44,6 @@ class Factor(Protocol):
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         """Solution for one right-hand side (n,) or several (n, k), in the same shape."""
-        ...
 
 
 class _Pardiso:

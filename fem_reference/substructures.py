@@ -20,16 +20,13 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse import csc_matrix, csr_matrix, vstack
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.dissection import Dissection
 from semiwear.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _Kept = tuple[int, int, IntArray, FloatArray, FloatArray]
 """First unknown of a part and the one after its last, its border, factor of its own unknowns, rows beside them."""

@@ -8,11 +8,9 @@ from functools import cached_property
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fem_reference.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

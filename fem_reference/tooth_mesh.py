@@ -10,19 +10,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from skfem import MeshHex
 
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ELEMENTS
 from fem_reference.hexahedra import Lattice, join_blocks, with_middles
 from fem_reference.pitch_blocks import Divisions, Pattern, Refinement, ToothSurface, depth_corners, face_corners
 from fem_reference.ring import RestOfRing
 
 __all__ = ["LOADED", "OPPOSITE", "Divisions", "FilletGrid", "FlankGrid", "Refinement", "ToothMesh", "mesh_teeth"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 LOADED, OPPOSITE = 0, 1
 """The two sides of a tooth."""

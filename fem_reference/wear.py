@@ -7,13 +7,12 @@ from typing import Protocol
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fem_reference.arrays import FloatArray
 from fem_reference.pair_motion import PairMotion
 from semiwear.errors import SceneError
 from semiwear.geometry.face_slices import slice_middles
-
-FloatArray = NDArray[np.float64]
 
 _MM = 1e-3  # mm per um
 _PLACES = ("flank_height", "flank_radius")  # of `/flank`
@@ -24,7 +23,6 @@ class WearDepth(Protocol):
 
     def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
         """Depth at gear radii and profile coordinates [mm]."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_reference.abaqus import write_inp
+from fem_reference.arrays import FloatArray, IntArray
 from fem_reference.elasticity import ElasticBody
 from fem_reference.hexahedra import MeshError
 from fem_reference.moved_nodes import moved_flanks
@@ -20,10 +20,7 @@ from fem_reference.tooth_mesh import LOADED, Divisions, ToothMesh
 from fem_reference.wear import FlankWear, WearDepth
 from semiwear.scene import Scene
 
-__all__ = ["FlankLoad", "FlankWear", "MeshError", "WornBody", "flank_wear", "worn_body"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+__all__ = ["FlankLoad", "FlankWear", "MeshError", "WornBody", "worn_body"]
 
 
 @dataclass(frozen=True)
@@ -122,11 +119,6 @@ class WornBody:
         )  # fmt: skip
 
 
-def flank_wear(face: FloatArray, profile: FloatArray, depth: FloatArray) -> FlankWear:
-    """Wear of a flank from face stations (F,), profile coordinates and depths (P, F) [mm]."""
-    return FlankWear(face, profile, depth)
-
-
 def worn_body(
     scene: Scene,
     body: str,
@@ -161,14 +153,7 @@ def worn_body(
     """
     mesh = body_mesh(scene, body, element=element, teeth=teeth, divisions=divisions)
     mesh = moved_flanks(mesh, wear, mesh.teeth, borders_stay=True)
-    material = getattr(scene.material, body)
-    elastic = ElasticBody(
-        mesh.mesh,
-        element=element,
-        youngs_modulus=material.youngs_modulus_MPa,
-        poissons_ratio=material.poissons_ratio,
-    )
-    return WornBody(mesh, elastic)
+    return WornBody(mesh, ElasticBody.of(mesh.mesh, element, getattr(scene.material, body)))
 
 
 def _norm(vectors: FloatArray) -> FloatArray:

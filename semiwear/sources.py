@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 MOST_VALUES = 10_000_000
 """Greatest number of values of a variable: far beyond any flank, and loaded within a second."""
 
+NETCDF = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+"""How netCDF files begin."""
+
 
 def no_pipe(file: Path) -> Path:
     """The path of a file that is to be read, which is no pipe: opening a pipe without a writer would wait for ever.
@@ -24,6 +27,12 @@ def no_pipe(file: Path) -> Path:
     if file.is_fifo() or file.is_socket():
         raise OSError("it is a pipe or a socket, which may have no writer: save its content, and give that file")
     return file
+
+
+def is_netcdf(file: Path) -> bool:
+    """Whether a file begins like netCDF."""
+    with file.open("rb") as opened:
+        return opened.read(8).startswith(NETCDF)
 
 
 def oversized(file: Path) -> str:

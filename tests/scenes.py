@@ -46,6 +46,19 @@ def scene_of(*changes: Mapping[str, Any], wears: bool = False) -> Scene:
     return SHIPPED.replace(merged)
 
 
+def one_rigid_tooth(scene: Scene, slices: int) -> Scene:
+    """All of 1600 N m on one tooth that does not bend: its contact is nearly Hertz's ellipse."""
+    return scene.replace(
+        {
+            "wear": None,
+            "numerics.tooth_compliance": "rigid",
+            "numerics.tooth_pairs": 1,
+            "numerics.face_slices": slices,
+            "operation.pinion_torque_Nm": 1600.0,
+        }
+    )
+
+
 class Heard:
     """A progress that keeps what it hears."""
 

@@ -137,12 +137,7 @@ def tooth(folder: Path, *, scene: Scene | None = None, divisions: Divisions | No
     pair, material = scene.gear_pair, scene.material.gear
     divisions = divisions or Divisions(flank=8, fillet=8, land=1, across=6, depth=8, face_size=pair.module_mm)
     mesh = face_gear_mesh(scene, element="hex20", teeth=3, divisions=divisions)
-    body = ElasticBody(
-        mesh.mesh,
-        element="hex20",
-        youngs_modulus=material.youngs_modulus_MPa,
-        poissons_ratio=material.poissons_ratio,
-    )
+    body = ElasticBody.of(mesh.mesh, "hex20", material)
     module, middle = pair.module_mm, pair.gear_pitch_radius_mm
 
     def pressure(profile: FloatArray, face: FloatArray) -> FloatArray:
@@ -214,10 +209,9 @@ def helical(
     )
     found = []
     for name in BODIES:
-        body, free, factor = roots.systems[name]
+        body, supported = roots.systems[name]
         mesh, load = roots.meshes[name], roots.forces(name, busiest, result.pairs, meshed.poses[name])
-        displacement = np.zeros(body.points.size)
-        displacement[free] = factor.solve(load[free])
+        displacement = supported.displacement(load)
         deck = folder / f"helical_{name}.inp"
         write_inp(
             deck,

@@ -13,6 +13,7 @@ from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, RingInfluence, elements_along, ring_influence
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, STRESS_OFFSETS
 from semiwear.compliance.polynomials import along_width
+from semiwear.compliance.root import add_later
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.strained_root import strained_root
 from semiwear.compliance.tooth_ends import EndEffect, depth_of_ground
@@ -276,13 +277,7 @@ class _WheelAtRoot:
         stress = np.zeros(seen.shape[1:])
         for teeth, part in zip(OFFSETS, seen, strict=True):
             # the loaded tooth is at the roll of the observed one less this tooth offset
-            shift = int(teeth) * per_tooth
-            if shift > 0:
-                stress[shift:] += part[:-shift]
-            elif shift < 0:
-                stress[:shift] += part[-shift:]
-            else:
-                stress += part
+            add_later(stress, part, int(teeth) * per_tooth)
         return np.asarray(stress[:, :, None] * self.factor)
 
 

@@ -281,7 +281,6 @@ class FreeEdges:
         half_width: float,
         *,
         tip_turns: tuple[ArrayLike, ArrayLike],
-        end_leans: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
         strength: float = 1.0,
     ) -> FreeEdges:
         """Free edges of a pair of flanks: both end faces and the tip of each body.
@@ -300,9 +299,6 @@ class FreeEdges:
         tip_turns : pair of floats or (face,) arrays [rad]
             Angle by which the outline of the driving and the driven body turns at the tip edge: 90 degrees less the
             pressure angle there, or the flank's inclination.
-        end_leans : pair of floats or (face,) arrays [rad]
-            Inclination of the flank of the driving and the driven body to the normal of its end faces: the
-            outline turns by 90 degrees plus this angle at the lower end, by 90 degrees minus it at the upper end.
         strength : float
             From 0 to 1.
         """
@@ -321,10 +317,7 @@ class FreeEdges:
                     materials[body].youngs_modulus,
                     materials[body].poissons_ratio,
                     None if depths is None else depths[body],
-                    (
-                        EdgeDistance.of(at - lower, lines.arc, 0.5 * pi + np.asarray(end_leans[body])),
-                        EdgeDistance.of(upper - at, lines.arc, 0.5 * pi - np.asarray(end_leans[body])),
-                    ),
+                    (EdgeDistance.of(at - lower, lines.arc), EdgeDistance.of(upper - at, lines.arc)),
                     (EdgeDistance.of(to_tip[body], lines.arc, tip_turns[body]),),
                 )
             )

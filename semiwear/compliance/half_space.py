@@ -10,7 +10,7 @@ from threading import Lock, local
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike
+from numpy.typing import DTypeLike
 from scipy import fft
 
 from semiwear.arrays import FloatArray, IntArray
@@ -18,7 +18,7 @@ from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
 from semiwear.untyped import Reals
 
-_Plan = tuple[list[Reals], Reals, Reals, int, int, int]
+_Plan = tuple[Reals, Reals, Reals, int, int, int]
 
 _MOST_KEPT = 64 * 2**20  # bytes of coefficients and spectra together
 _MOST_IDLE = 32 * 2**20  # bytes of work space in double precision that are kept: it is rarely needed
@@ -136,18 +136,17 @@ _work = _WorkSpace()
 
 
 class HalfSpace:
-    """Compliance of an elastic half-space on a regular grid, or of several without influence on each other.
+    """Compliance of an elastic half-space on a regular grid, for an effective modulus of 1 MPa.
 
     The displacement is the convolution of the pressure with Love's coefficients on a grid padded with zeros to
     twice its size (Stanley & Kato 1997; Liu, Wang & Liu 2000), hence free of periodic images.
 
     Parameters
     ----------
-    shape : (nx, ny) or (k, nx, ny)
-        Cells of the grid, or of k grids of the same size.
-    cell : (dx, dy) or (k, 2) array [mm]
-        Sides of a cell, for each of the k grids.
-    effective_modulus : float [MPa]
+    shape : (nx, ny)
+        Cells of the grid.
+    cell : (dx, dy) [mm]
+        Sides of a cell.
 
     Attributes
     ----------
@@ -158,19 +157,16 @@ class HalfSpace:
     Spectra are shared between instances.
     """
 
-    def __init__(self, shape: tuple[int, ...], cell: ArrayLike, effective_modulus: float = 1.0):
-        self.shape = tuple(int(n) for n in shape)
-        *several, nx, ny = self.shape
-        self._cells = np.broadcast_to(cell, (*several, 2)).reshape(-1, 2).tolist()
-        self._modulus = float(effective_modulus)
+    def __init__(self, shape: tuple[int, ...], cell: tuple[float, float]):
+        self.shape = nx, ny = int(shape[0]), int(shape[1])
+        self._cell = float(cell[0]), float(cell[1])
         self._periodic = (fast_length(nx), fast_length(ny))
         self._plans: dict[tuple[bool, bool], _Plan] = {}
 
     def of_one_cell(self) -> float:
-        """Displacement of a cell under its own pressure [mm/MPa], on the first grid."""
-        dx, dy = self._cells[0]
-        table, factor = _coefficients(*self._periodic, float(dx), float(dy))
-        return float(table[0, 0]) * factor / self._modulus
+        """Displacement of a cell under its own pressure [mm/MPa]."""
+        table, factor = _coefficients(*self._periodic, *self._cell)
+        return float(table[0, 0]) * factor
 
     def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
         """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision with `roughly`."""
@@ -183,7 +179,7 @@ class HalfSpace:
     def _plan(self, inverse: bool, roughly: bool) -> _Plan:
         dtype, (px, py) = np.float32 if roughly else np.float64, self._periodic
         plan = (
-            [_factors(px, py, float(dx), float(dy), inverse, dtype) for dx, dy in self._cells],
+            _factors(px, py, *self._cell, inverse, dtype),
             half_steps(px, dtype),
             half_steps(py, dtype),
             *work_size(self._periodic, dtype),
@@ -191,21 +187,15 @@ class HalfSpace:
         self._plans[inverse, roughly] = plan
         return plan
 
-    def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> Reals:
+    def _convolve(self, grid: FloatArray, inverse: bool, roughly: bool) -> Reals:
         plan = self._plans.get((inverse, roughly)) or self._plan(inverse, roughly)
         factors, turn_x, turn_y, size, spectrum, buffer = plan
         work = _work.of(size, np.float32 if roughly else np.float64)
-        result, grids = np.empty(self.shape, work.dtype), np.ascontiguousarray(grids, float)
-        if grids.ndim == 2:
-            convolve(grids, result, factors[0], not inverse, turn_x, turn_y, work, spectrum, buffer)
-        else:
-            for grid, into, own in zip(grids, result, factors, strict=True):
-                convolve(grid, into, own, not inverse, turn_x, turn_y, work, spectrum, buffer)
+        result, grid = np.empty(self.shape, work.dtype), np.ascontiguousarray(grid, float)
+        convolve(grid, result, factors, not inverse, turn_x, turn_y, work, spectrum, buffer)
         del work
         if not roughly:
             _work.release()
-        if self._modulus != 1.0:
-            result *= self._modulus if inverse else 1.0 / self._modulus
         return result
 
 

@@ -17,7 +17,7 @@ from scipy.interpolate import make_interp_spline
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.cubics import cubic_weights
-from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS, loads_by_height
+from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS, add_later, loads_by_height
 from semiwear.compliance.tooth import LinePlaces
 from semiwear.errors import SceneError
 from semiwear.sources import MOST_VALUES, oversized, read_dataset
@@ -204,13 +204,7 @@ class InfluenceOnLines:
         for offset in range(-reach, reach + 1):
             # the observer's tooth is `offset` from the loaded one: its pair is ahead * offset rolls further on
             shift = self.body.ahead * offset * per_cycle
-            seen = modal @ table[reach + offset].T
-            if shift > 0:
-                stress[shift:] += seen[:-shift]
-            elif shift < 0:
-                stress[:shift] += seen[-shift:]
-            else:
-                stress += seen
+            add_later(stress, modal @ table[reach + offset].T, shift)
         faces = self.body.faces
         along, _ = cubic_weights(np.linspace(faces[0], faces[-1], stations), faces)
         return np.asarray(np.maximum((stress.reshape(-1, fillet, count) @ along.T).max(axis=(1, 2)), 0.0))

@@ -74,3 +74,11 @@ def loads_by_height(
 def greatest_along_root(stress: FloatArray) -> FloatArray:
     """Greatest tensile stress (roll,) of stresses (roll, station, point) [MPa], sought between stations as well."""
     return np.asarray(np.maximum((stress.max(axis=2) @ _BETWEEN_STATIONS.T).max(axis=1), 0.0))
+
+
+def add_later(total: FloatArray, seen: FloatArray, rolls: int) -> None:
+    """Add what is seen at each roll to a sum so many rolls later, earlier if negative; nothing beyond its ends."""
+    if rolls < 0:
+        total[:rolls] += seen[-rolls:]
+    else:
+        total[rolls:] += seen[: max(len(seen) - rolls, 0)]

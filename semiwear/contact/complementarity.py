@@ -48,7 +48,6 @@ class Compliance(Protocol):
 
     def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
         """Displacement [mm] of a pressure [MPa]: a new array of the same shape; in single precision if roughly."""
-        ...
 
 
 Preconditioner = Callable[[FloatArray, BoolArray], Reals]

@@ -154,7 +154,7 @@ def _module(scene: Scene) -> float:
 
 def _wear_of(nodes: FlankNodes, depth: FloatArray) -> FlankWear:
     """Wear of the flank; where the body is wider than its mate, it falls to zero over the last half slice."""
-    from fem_reference.worn_meshes import flank_wear
+    from fem_reference.worn_meshes import FlankWear
 
     face, profile = nodes.face, nodes.profile
     for end, border in zip((0, -1), unreached(nodes.flank.pair, nodes.flank.body, nodes.face), strict=True):
@@ -164,7 +164,7 @@ def _wear_of(nodes: FlankNodes, depth: FloatArray) -> FlankWear:
             # linear extrapolation of the grid by half a slice
             neighbour = nodes.profile[1] if end == 0 else nodes.profile[-2]
             profile = np.insert(profile, at, 1.5 * nodes.profile[end] - 0.5 * neighbour, axis=0)
-    return flank_wear(face, profile.T, depth.T)
+    return FlankWear(face, profile.T, depth.T)
 
 
 def _into_own_frame(unworn: WornBody, nodes: FlankNodes) -> tuple[FloatArray, FloatArray]:

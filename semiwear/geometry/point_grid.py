@@ -23,7 +23,6 @@ or tabs separate cells; with semicolons or tabs, numbers may have decimal commas
 from __future__ import annotations
 
 import os
-import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -35,8 +34,8 @@ from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 from semiwear.plain_text import rows_of
-from semiwear.sources import MOST_VALUES, oversized, read_dataset
-from semiwear.targets import file_target, naming
+from semiwear.sources import MOST_VALUES, is_netcdf, oversized, read_dataset
+from semiwear.targets import file_target, replacing
 from semiwear.untyped import Options, Value
 
 if TYPE_CHECKING:
@@ -46,7 +45,6 @@ _LAYOUT = "a variable points over (profile, face, xyz) in mm"
 _COLUMNS = ("profile", "face", "x_mm", "y_mm", "z_mm")
 _NORMALS = ("nx", "ny", "nz")
 _FILE = "a .nc or .csv file with the points of a flank in mm"
-_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 @dataclass(frozen=True)
@@ -114,16 +112,11 @@ def write_point_grid(path: str | os.PathLike[str], grid: PointGrid) -> None:
     suffix = Path(path).suffix.casefold()
     if suffix == ".csv" and grid.counts is not None and not grid.counts.all():
         raise SceneError.of("path", str(path), "a .nc file for points of which not all were measured", "call it .nc")
-    part = file.with_name(f".{file.stem}.{uuid.uuid4().hex}{file.suffix}")
-    try:
-        with naming(file):
-            if suffix == ".csv":
-                part.write_text(_as_csv(grid), encoding="utf-8")
-            else:
-                _as_dataset(grid).to_netcdf(part, engine="netcdf4")
-            os.replace(part, file)
-    finally:
-        part.unlink(missing_ok=True)
+    with replacing(file) as part:
+        if suffix == ".csv":
+            part.write_text(_as_csv(grid), encoding="utf-8")
+        else:
+            _as_dataset(grid).to_netcdf(part, engine="netcdf4")
 
 
 def _as_csv(grid: PointGrid) -> str:
@@ -208,9 +201,7 @@ def read_point_grid(path: str | os.PathLike[str], key: str = "path") -> PointGri
 
 
 def _read_netcdf(file: Path) -> PointGrid:
-    with file.open("rb") as opened:
-        start = opened.read(8)
-    if not start.startswith(_MAGIC):
+    if not is_netcdf(file):
         raise _Unfit("no netCDF file", _FILE, "write it as netCDF, or call it .csv")
     if found := oversized(file):
         raise _Unfit(found, f"at most {MOST_VALUES:.0e} values", "write the points of one flank")

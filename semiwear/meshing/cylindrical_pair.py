@@ -32,12 +32,10 @@ from semiwear.arrays import FloatArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.involute import involute_function
-from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody, displacement
+from semiwear.meshing.flank_pair import ARCSEC, DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody, displacement
 from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import CylindricalPair as CylindricalTable
 from semiwear.scene import Placement
-
-_ARCSEC = 180.0 * 3600.0 / pi
 
 
 @dataclass(frozen=True)
@@ -113,34 +111,26 @@ class CylindricalMesh:
         t = self.table
         root = 0.5 * t.normal_module_mm * t.pinion_teeth / cos(radians(t.helix_angle_deg))
         root += t.pinion_profile_shift * t.normal_module_mm - t.pinion_rack_addendum_mm
-        return CylindricalTooth(
-            teeth=t.pinion_teeth,
-            internal=False,
-            normal_module=t.normal_module_mm,
-            normal_pressure_angle=radians(t.pressure_angle_deg),
-            helix_angle=radians(t.helix_angle_deg),
-            profile_shift=t.pinion_profile_shift,
-            tip_radius=0.5 * t.pinion_tip_diameter_mm,
-            rack_addendum=t.pinion_rack_addendum_mm,
-            rack_tip_radius=t.pinion_rack_tip_radius_mm,
-            rim_thickness=root - t.pinion_bore_radius_mm,
-        )
+        return self._tooth("pinion", False, root - t.pinion_bore_radius_mm)
 
     @cached_property
     def gear(self) -> CylindricalTooth:
         """The gear's tooth."""
+        return self._tooth("gear", self.table.internal, self.table.gear_rim_thickness_mm)
+
+    def _tooth(self, body: str, internal: bool, rim_thickness: float) -> CylindricalTooth:
         t = self.table
         return CylindricalTooth(
-            teeth=abs(t.gear_teeth),
-            internal=t.internal,
+            teeth=abs(getattr(t, f"{body}_teeth")),
+            internal=internal,
             normal_module=t.normal_module_mm,
             normal_pressure_angle=radians(t.pressure_angle_deg),
             helix_angle=radians(t.helix_angle_deg),
-            profile_shift=t.gear_profile_shift,
-            tip_radius=0.5 * t.gear_tip_diameter_mm,
-            rack_addendum=t.gear_rack_addendum_mm,
-            rack_tip_radius=t.gear_rack_tip_radius_mm,
-            rim_thickness=t.gear_rim_thickness_mm,
+            profile_shift=getattr(t, f"{body}_profile_shift"),
+            tip_radius=0.5 * getattr(t, f"{body}_tip_diameter_mm"),
+            rack_addendum=getattr(t, f"{body}_rack_addendum_mm"),
+            rack_tip_radius=getattr(t, f"{body}_rack_tip_radius_mm"),
+            rim_thickness=rim_thickness,
         )
 
     @cached_property
@@ -236,7 +226,7 @@ class CylindricalMesh:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the normal [arcsec/mm]."""
-        return self.transmission_ratio / self._lever * _ARCSEC
+        return self.transmission_ratio / self._lever * ARCSEC
 
     @property
     def _lever(self) -> float:

@@ -21,7 +21,6 @@ The first cell is "um" for fractions, or "um" and the units of profile and face:
 from __future__ import annotations
 
 import os
-import uuid
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -34,14 +33,13 @@ from scipy.interpolate import RectBivariateSpline
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.plain_text import rows_of
-from semiwear.sources import MOST_VALUES, oversized
-from semiwear.targets import file_target, naming
+from semiwear.sources import MOST_VALUES, is_netcdf, oversized, read_dataset
+from semiwear.targets import file_target, replacing
 
 _LEAST_POINTS = 4  # each way, for a cubic spline
 _GREATEST = 5000.0  # um: larger ones come from wrong units
 _UM = 1e-3  # mm
 _UNITS = ("1", "mm")
-_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _FINER = 8  # points to a cell of the grid in the search for the highest material
 _ALLOWED = "a .nc or .csv file with a grid of deviations in um"
 
@@ -193,24 +191,19 @@ def write_deviation_grid(
     file = file_target("path", path, (".nc", ".csv"))
     x, y, z = (np.asarray(entry, float) for entry in (profile, face, deviation))
     _checked("deviations", file, x, y, z, (profile_unit, face_unit))
-    part = file.with_name(f".{file.stem}.{uuid.uuid4().hex}{file.suffix}")
-    try:
-        with naming(file):
-            if Path(path).suffix.casefold() == ".csv":
-                rows = [[f"um {profile_unit} {face_unit}", *map(repr, y.tolist())]]
-                rows += [list(map(repr, row)) for row in np.column_stack([x, z]).tolist()]
-                part.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
-            else:
-                attrs = {"units": "um", "long_name": "deviation of the flank, positive for material in excess"}
-                data = xr.Dataset({"deviation": (("profile", "face"), z, attrs)})
-                data = data.assign_coords(
-                    profile=("profile", x, {"units": profile_unit, "long_name": "from root to tip"}),
-                    face=("face", y, {"units": face_unit, "long_name": "from the lower to the upper end"}),
-                )
-                data.to_netcdf(part, engine="netcdf4")
-            os.replace(part, file)
-    finally:
-        part.unlink(missing_ok=True)
+    with replacing(file) as part:
+        if Path(path).suffix.casefold() == ".csv":
+            rows = [[f"um {profile_unit} {face_unit}", *map(repr, y.tolist())]]
+            rows += [list(map(repr, row)) for row in np.column_stack([x, z]).tolist()]
+            part.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
+        else:
+            attrs = {"units": "um", "long_name": "deviation of the flank, positive for material in excess"}
+            data = xr.Dataset({"deviation": (("profile", "face"), z, attrs)})
+            data = data.assign_coords(
+                profile=("profile", x, {"units": profile_unit, "long_name": "from root to tip"}),
+                face=("face", y, {"units": face_unit, "long_name": "from the lower to the upper end"}),
+            )
+            data.to_netcdf(part, engine="netcdf4")
 
 
 def _suffix(field: str, file: Path) -> None:
@@ -219,15 +212,12 @@ def _suffix(field: str, file: Path) -> None:
 
 
 def _read_netcdf(field: str, file: Path) -> DeviationGrid:
-    with file.open("rb") as opened:
-        start = opened.read(8)
-    if not start.startswith(_MAGIC):
+    if not is_netcdf(file):
         raise SceneError.of(field, str(file), _ALLOWED, "it is no netCDF file")
     if found := oversized(file):
         raise SceneError.of(field, f"{file}: {found}", f"at most {MOST_VALUES:.0e} values", "give one flank's grid")
     try:
-        with xr.open_dataset(file, engine="netcdf4") as data:
-            data = data.load()
+        data = read_dataset(file)
     except (OSError, ValueError) as error:
         raise SceneError.of(field, str(file), _ALLOWED, f"it cannot be read as netCDF ({error})") from error
     layout = "a variable deviation over profile and face, with both coordinates"

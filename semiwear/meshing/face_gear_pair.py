@@ -11,12 +11,11 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
-from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody, displacement
+from semiwear.meshing.flank_pair import ARCSEC, DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody, displacement
 from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import FaceGearPair as FaceGearTable
 from semiwear.scene import Placement
 
-_ARCSEC = 180.0 * 3600.0 / pi
 _GEAR_SECTIONS = 9  # with seven, root stress near the inner end, where undercut shapes the fillet, varies by 5 %
 
 
@@ -117,7 +116,7 @@ class FaceGearMesh:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the line of action [arcsec/mm]."""
-        return self.transmission_ratio / self.pinion.base_radius * _ARCSEC
+        return self.transmission_ratio / self.pinion.base_radius * ARCSEC
 
     @cached_property
     def _axis_offset(self) -> float:

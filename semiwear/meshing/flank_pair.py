@@ -27,6 +27,9 @@ from semiwear.scene import Placement
 BODIES = ("pinion", "gear")
 DRIVING, DRIVEN = 0, 1
 
+ARCSEC = 180.0 * 3600.0 / pi
+"""Of a radian."""
+
 EXACT_STEPS = 1.5e-3, 2e-3
 """`FlankPair.difference_steps` of flanks given by formulas: rounding leaves 1e-9 of the curvatures."""
 
@@ -218,4 +221,4 @@ def reference_lever(pair: FlankPair) -> float:
     On flanks that are no involutes the lever arm varies: an approach at another lever arm counts for
     ``reference_lever / lever_arm`` of itself.
     """
-    return 180.0 * 3600.0 / pi / (pair.driving_meshes * pair.arcsec_per_mm)
+    return ARCSEC / (pair.driving_meshes * pair.arcsec_per_mm)

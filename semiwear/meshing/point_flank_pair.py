@@ -22,7 +22,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 from semiwear.geometry.point_grid import PlacedSection
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, Borders, Meeting, PrismBody, displacement
+from semiwear.meshing.flank_pair import ARCSEC, BODIES, DRIVEN, DRIVING, Borders, Meeting, PrismBody, displacement
 from semiwear.meshing.point_flank_body import FlankBody, Touch
 from semiwear.meshing.point_flank_kernels import meet
 from semiwear.meshing.point_flank_sections import drawn_sections, normal_module, placed_sections
@@ -31,7 +31,6 @@ from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FlankPointsPair, Placement
 from semiwear.scene.cylindrical import EDGE_RADIUS
 
-_ARCSEC = 180.0 * 3600.0 / pi
 _SAMPLES = np.linspace(-0.3, 1.3, 129)  # across a flank, to find a height
 _POLISHES = 4
 _TURNS_ON = 3
@@ -165,7 +164,7 @@ class PointFlankMesh:
     @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the normal at the pitch point [arcsec/mm]."""
-        return self.flanks.ratio / self.flanks.lever * _ARCSEC
+        return self.flanks.ratio / self.flanks.lever * ARCSEC
 
     @property
     def normal_per_arc(self) -> float:

@@ -104,10 +104,7 @@ def point_flanks(table: FlankPointsPair) -> PointFlanks:
     SceneError
         With every problem of the files and of their mesh.
     """
-    found = point_flanks_or_problems(table)
-    if isinstance(found, tuple):
-        raise SceneError(found, "gear_pair")
-    return found
+    return _without_problems(point_flanks_or_problems(table))
 
 
 def flanks_in_mesh(table: FlankPointsPair, pinion: PointGrid, gear: PointGrid) -> PointFlanks:
@@ -118,7 +115,10 @@ def flanks_in_mesh(table: FlankPointsPair, pinion: PointGrid, gear: PointGrid) -
     SceneError
         With every problem of the points and of their mesh.
     """
-    found = _flanks_or_problems(table, (pinion, gear))
+    return _without_problems(_flanks_or_problems(table, (pinion, gear)))
+
+
+def _without_problems(found: PointFlanks | tuple[Problem, ...]) -> PointFlanks:
     if isinstance(found, tuple):
         raise SceneError(found, "gear_pair")
     return found
@@ -163,38 +163,29 @@ def _body(table: FlankPointsPair, index: int, grid: PointGrid) -> FlankBody:
 # ---- both
 
 
-@dataclass(frozen=True)
-class _Start:
-    """Rotations at which the flanks touch with opposite normals."""
-
-    driven_turn: float
-    driving_turn: float
-
-
 def _in_mesh(
     table: FlankPointsPair, bodies: tuple[FlankBody, FlankBody], grids: tuple[PointGrid, PointGrid]
 ) -> PointFlanks:
-    start = _start(table, bodies)
     placeholder = PitchSurface(0.0, 0.0, (1.0, 0.0))
     flanks = PointFlanks(
-        table, bodies, start.driven_turn, start.driving_turn, np.zeros(3), (placeholder, placeholder), 1.0,
+        table, bodies, *_start(bodies), np.zeros(3), (placeholder, placeholder), 1.0,
         (grids[DRIVING].sections, grids[DRIVEN].sections),
         (_tooth_length(grids[DRIVING]), _tooth_length(grids[DRIVEN])),
     )  # fmt: skip
-    flanks, place = _at_no_sliding_across(flanks)
+    flanks, position, directions = _at_no_sliding_across(flanks)
     (w_driving, w_driven), (driving, driven) = flanks.rotations, bodies
     motions = (w_driving, driving.centre), (w_driven, driven.centre)
-    point = pitch_point(*motions, place.position)
+    point = pitch_point(*motions, position)
     axis = instantaneous_axis(*motions)
     surfaces = [
         pitch_surface(body.frame, body.centre, point, along if axis is None else axis, _to_the_tips(body))
-        for body, along in zip(bodies, place.along, strict=True)
+        for body, along in zip(bodies, directions, strict=True)
     ]
     flanks = replace(
         flanks,
         pitch_point=point,
         pitch_surfaces=(surfaces[DRIVING], surfaces[DRIVEN]),
-        lever=float(PointFlankMesh(flanks, Placement()).lever_arm(place.position[None])[0]),
+        lever=float(PointFlankMesh(flanks, Placement()).lever_arm(position[None])[0]),
     )
     if grids[DRIVING].face is None or grids[DRIVEN].face is None:
         flanks = _with_shared_face(flanks)
@@ -212,7 +203,8 @@ def _to_the_tips(body: FlankBody) -> FloatArray:
     return np.array([np.mean(radius[1] - radius[0]), np.mean(axial[1] - axial[0])])
 
 
-def _start(table: FlankPointsPair, bodies: tuple[FlankBody, FlankBody]) -> _Start:
+def _start(bodies: tuple[FlankBody, FlankBody]) -> tuple[float, float]:
+    """Rotations of the driven and the driving body at which the flanks touch with opposite normals."""
     driving, driven = bodies
     own, normals = (entry.reshape(-1, 3) for entry in driven.points(_PLACES[:, None], _PLACES))
     places = own.shape[0]
@@ -244,7 +236,7 @@ def _start(table: FlankPointsPair, bodies: tuple[FlankBody, FlankBody]) -> _Star
             "belong together (hand, pressure angle, axes)"
         )
         raise SceneError.of("gear_pair.pinion_file", found, "flanks that can touch", fix)
-    return _Start(float(turn[index[best]]), float(rotation[best]))
+    return float(turn[index[best]]), float(rotation[best])
 
 
 def _extent(body: FlankBody) -> str:
@@ -255,23 +247,11 @@ def _extent(body: FlankBody) -> str:
     )
 
 
-@dataclass(frozen=True)
-class _PitchContact:
-    """Contact of the flanks at roll 0.
+def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, FloatArray, FloatArray]:
+    """The flanks turned to the point of their path of contact without sliding across their teeth.
 
-    Attributes
-    ----------
-    position : (3,) array [mm]
-    along : (2, 3) array
-        Directions of both bodies' teeth there.
+    With the point (3,) and the directions (2, 3) of both bodies' teeth there.
     """
-
-    position: FloatArray
-    along: FloatArray
-
-
-def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, _PitchContact]:
-    """The flanks turned to the point of their path of contact without sliding across their teeth."""
     driving, driven = flanks.bodies
     mesh = PointFlankMesh(flanks, Placement())
 
@@ -312,7 +292,7 @@ def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, _PitchConta
         + driving.sense * (2.0 * pi / driving.teeth * middle + float(place.separation[0]) / lever),
     )
     own = _along(flanks, place.face, place.profile, np.array([middle]))[0]
-    return moved, _PitchContact(position, np.stack([_along_driving(driving, position), own]))
+    return moved, position, np.stack([_along_driving(driving, position), own])
 
 
 @dataclass(frozen=True)

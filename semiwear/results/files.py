@@ -22,12 +22,12 @@ import xarray as xr
 from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.results.datasets import check_tree
 from semiwear.results.schema import GROUPS, SCHEMA_VERSION
+from semiwear.sources import NETCDF
 from semiwear.targets import RESULTS, file_target, replacing
 from semiwear.untyped import Options
 
 _SEAL_MARK = b"semiwear sha256:"
 _SEAL_SIZE = len(_SEAL_MARK) + hashlib.sha256().digest_size
-_NETCDF_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _CHUNK = 1 << 20
 _CHECK_SUMS = "check_sums"  # attribute of the root, in the file only
 _LONGEST_PROBE = 120.0  # s
@@ -182,7 +182,7 @@ def _sealed(source: Path) -> bool:
     size = source.stat().st_size
     with source.open("rb") as opened:
         start = opened.read(8)
-        if not start.startswith(_NETCDF_MAGIC):
+        if not start.startswith(NETCDF):
             fault = "empty" if size == 0 else "not a netCDF file, or damaged at its start"
             raise ResultFileError(f"{source}: {fault}; {_ANEW}")
         opened.seek(max(size - _SEAL_SIZE, 0))

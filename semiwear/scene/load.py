@@ -12,12 +12,11 @@ from semiwear.errors import Problem, SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.toml_io import read_toml
-from semiwear.sources import no_pipe
+from semiwear.sources import NETCDF, no_pipe
 from semiwear.untyped import Value
 
 _SUFFIX = ".toml"
 _MOST_BYTES = 1_000_000
-_NETCDF = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _SEAL = b"semiwear sha256:"  # near the end of results, see `semiwear.results.files`
 _SHIPPED = resources.files("semiwear.scene") / "scenes"
 
@@ -97,7 +96,7 @@ def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
     try:
         with no_pipe(path).open("rb") as opened:  # a device may have no end
             content = opened.read(_MOST_BYTES + 1)
-            problem = _result_problem(path, opened) if content.startswith(_NETCDF) else None
+            problem = _result_problem(path, opened) if content.startswith(NETCDF) else None
         if problem is None and len(content) <= _MOST_BYTES:
             return content
         found = f"{path}: more than {_MOST_BYTES:.0e} bytes"

@@ -6,12 +6,10 @@ from math import acos, cos, pi, radians, tan
 import numpy as np
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
-
-FloatArray = NDArray[np.float64]
 
 # At the limit itself the height is stationary along the profile, so that its inverse keeps half the digits only.
 CLEAR_OF_UNDERCUT = 1.002

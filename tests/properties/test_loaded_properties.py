@@ -2,24 +2,21 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import semiwear as sw
 from tests.scenes import SHIPPED, SMALL
 from tests.strategies import placements, scenes
+from tests.strategies.examples import share_of_examples
 from tests.strategies.finite import equations_hold
 from tests.strategies.hard_cases import mirrored
 
 UNWORN = SHIPPED.replace(SMALL | {"wear": None})
 
-# a share of the profile's examples, since each is a loaded contact, and shrinking is as slow
-few = settings(
-    max_examples=max(settings.default.max_examples // 5, 4),
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-    phases=[Phase.explicit, Phase.reuse, Phase.generate],
-)
-fewer = settings(few, max_examples=max(settings.default.max_examples // 12, 2))
+# each is a loaded contact
+few = share_of_examples(5, 4)
+fewer = share_of_examples(12, 2)
 
 
 def same(one, two, group, name, factor=1.0, tolerance=1e-9):

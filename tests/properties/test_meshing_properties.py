@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import Phase, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import semiwear as sw
@@ -13,6 +13,7 @@ from semiwear.meshing.tooth_contact import contact_points, unloaded_contact
 from semiwear.plan import plan
 from semiwear.scene import CylindricalPair, Placement
 from tests.strategies import placements
+from tests.strategies.examples import share_of_examples
 from tests.strategies.hard_cases import mirrored
 
 SHIPPED = sw.load_scene("face_gear_25x160")
@@ -22,10 +23,7 @@ MISPLACED = (
 )
 
 # an analysis takes a fifth of a second, and shrinking takes many
-few = settings(
-    max_examples=max(settings.default.max_examples // 2, 4),
-    phases=[Phase.explicit, Phase.reuse, Phase.generate],
-)
+few = share_of_examples(2, 4)
 
 
 def extreme_placements():

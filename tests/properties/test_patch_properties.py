@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import semiwear as sw
@@ -10,6 +10,7 @@ from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact.gap import gap_of_flanks
 from semiwear.plan import plan
 from tests.scenes import MEDIUM, SHIPPED
+from tests.strategies.examples import share_of_examples
 from tests.strategies.finite import equations_hold
 
 PATCHES = SHIPPED.replace(
@@ -25,12 +26,8 @@ PATCHES = SHIPPED.replace(
 )
 SHAPE = (PATCHES.numerics.profile_points, PATCHES.numerics.face_slices)
 
-few = settings(
-    max_examples=max(settings.default.max_examples // 4, 4),
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-    phases=[Phase.explicit, Phase.reuse, Phase.generate],
-)
-fewer = settings(few, max_examples=max(settings.default.max_examples // 8, 3))
+few = share_of_examples(4, 4)
+fewer = share_of_examples(8, 3)
 
 torques = st.floats(50.0, 3000.0)
 meshes = st.floats(7.5, 9.5).map(lambda exponent: 10.0**exponent)

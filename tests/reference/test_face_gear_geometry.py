@@ -10,14 +10,12 @@ from math import acos, atan, atan2, cos, hypot, pi, radians, sin, tan
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
-
-FloatArray = NDArray[np.float64]
 
 MODULE, ALPHA = 6.35, radians(25.0)
 GEAR = FaceGearTooth(

@@ -388,7 +388,7 @@ def test_wear_shifts_load_to_the_other_pair():
     whole = pairs[0].gap(slave_points)
     by_slave, by_master = whole.copy(), whole.copy()
     by_slave[mortar.nodes] += depth
-    by_master[mortar.nodes] += mortar.from_master(np.full(len(pairs[0].master.points), depth))
+    by_master[mortar.nodes] += mortar.transfer @ np.full(len(pairs[0].master.points), depth)
     fresh, slave_worn, master_worn, far_worn = (
         contact.solve(3000.0, gaps=[gap, whole]) for gap in (whole, by_slave, by_master, whole + 1.0)
     )

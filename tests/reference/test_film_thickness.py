@@ -17,6 +17,7 @@ from semiwear.contact.film_thickness import (
     hamrock_dowson_central,
     hamrock_dowson_minimum,
 )
+from tests.strategies.line_states import line_state
 
 MODULUS = 206e3 / 2.0 / (1.0 - 0.3**2)  # E* of steel on steel
 OIL = {"viscosity_mPas": 49.85, "pressure_viscosity_per_GPa": 20.36, "roughness_um": sqrt(2.0) * 0.6}
@@ -100,14 +101,8 @@ def test_the_force_of_the_ellipse_is_the_one_that_has_the_line_load():
     k = ellipse.major_half_axis / ellipse.minor_half_axis
     line_load = 0.5 * pi * ellipse.peak_pressure * ellipse.minor_half_axis
     assert 4.0 / 3.0 * k * ellipse.minor_half_axis * line_load == pytest.approx(500.0, rel=1e-9)
-    state = ContactConditions(
-        line_load=np.full((1, 1), line_load),
-        half_width=np.full((1, 1), ellipse.minor_half_axis),
-        curvature=np.full((1, 1), 0.1),
-        pressure=np.full((1, 1), ellipse.peak_pressure),
-        surface_speed=np.full((2, 1, 1), 3e3),
-        sliding_speed=np.zeros((1, 1)),
-    )
+    of_the_ellipse = {"half_width": ellipse.minor_half_axis, "pressure": ellipse.peak_pressure}
+    state = line_state(line_load, 3e3, 3e3, **of_the_ellipse)
     modulus = 2.0 * MODULUS
     groups = 49.85e-9 * 3e3 / (modulus * 10.0), 20.36e-3 * modulus, 500.0 / (modulus * 100.0)
     exact = FilmThickness("hamrock_dowson", **OIL, effective_modulus=MODULUS, ellipticity=k)

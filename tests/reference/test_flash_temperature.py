@@ -8,27 +8,12 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.special import k0e
 
-from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
+from tests.strategies.line_states import HALF_WIDTH, line_state
 
 STEEL = {"conductivity_W_per_mK": 46.0, "density_kg_per_m3": 7830.0, "specific_heat_J_per_kgK": 465.0}
 BLOK = FlashTemperature("blok", bulk_temperature_C=80.0, **STEEL)
 ANY = FlashTemperature("tian_kennedy", bulk_temperature_C=80.0, **STEEL, aspect=1e9)
-HALF_WIDTH = 0.15
-
-
-def conditions(load, driving, driven, sliding=None, half_width=HALF_WIDTH) -> ContactConditions:
-    load, driving, driven = np.broadcast_arrays(
-        *(np.atleast_2d(np.asarray(v, float)) for v in (load, driving, driven))
-    )
-    return ContactConditions(
-        line_load=load,
-        half_width=np.where(load > 0.0, half_width, 0.0),
-        curvature=np.where(load > 0.0, 0.1, 0.0),
-        pressure=np.where(load > 0.0, 1000.0, 0.0),
-        surface_speed=np.stack([driving, driven]),
-        sliding_speed=np.abs(driving - driven) if sliding is None else np.broadcast_to(sliding, load.shape) * 1.0,
-    )
 
 
 def moving_band(peclet: float) -> float:
@@ -79,14 +64,14 @@ def speed_of(model: FlashTemperature, peclet: float) -> float:
 def per_heat(model: FlashTemperature, peclet: float, ratio: float = 1.0) -> float:
     """Times k, over the heat per length, with the driven surface `ratio` times as fast."""
     speed = speed_of(model, peclet)
-    state = conditions(100.0, speed, ratio * speed, sliding=500.0)
+    state = line_state(100.0, speed, ratio * speed, sliding=500.0)
     return model.rise(state, np.full((1, 1), 0.05))[0, 0] * model.conductivity_W_per_mK / (0.05 * 100.0 * 500.0)
 
 
 def test_blok_by_hand():
     # B = sqrt(46 * 7830 * 465) = 12941 N/(m s^0.5 K); q 300 N/mm, 4 and 3 m/s, mu 0.05, b 0.15 mm
     by_hand = 1.11 * 0.05 * 300e3 * 1.0 / (12941.5 * (2.0 + sqrt(3.0)) * sqrt(2.0 * 0.15e-3))
-    rise = BLOK.rise(conditions(300.0, 4e3, 3e3), np.full((1, 1), 0.05))[0, 0]
+    rise = BLOK.rise(line_state(300.0, 4e3, 3e3), np.full((1, 1), 0.05))[0, 0]
     assert rise == pytest.approx(by_hand, rel=1e-4)
     assert rise == pytest.approx(19.9, abs=0.05)
 
@@ -127,21 +112,21 @@ def test_the_heat_divides_so_that_the_hottest_points_agree():
 
 @pytest.mark.parametrize("model", [BLOK, ANY])
 def test_scaling(model):
-    state, mu = conditions([200.0, 400.0], 5e3, 4e3), np.array([[0.05, 0.05]])
+    state, mu = line_state([200.0, 400.0], 5e3, 4e3), np.array([[0.05, 0.05]])
     once, twice = model.rise(state, mu)[0]
     assert twice == pytest.approx(2.0 * once, rel=1e-12)
     assert model.rise(state, 3.0 * mu)[0, 0] == pytest.approx(3.0 * once, rel=1e-12)
     assert model.contact_temperature(state, mu)[0, 0] == pytest.approx(80.0 + once, rel=1e-12)
     assert not model.rise(state, 0.0 * mu).any()
-    faster = model.rise(conditions(200.0, 20e3, 16e3), mu[:, :1])[0, 0]
+    faster = model.rise(line_state(200.0, 20e3, 16e3), mu[:, :1])[0, 0]
     assert faster == pytest.approx(2.0 * once, rel=0.02)
-    wider = model.rise(conditions(200.0, 5e3, 4e3, half_width=4.0 * HALF_WIDTH), mu[:, :1])[0, 0]
+    wider = model.rise(line_state(200.0, 5e3, 4e3, half_width=4.0 * HALF_WIDTH), mu[:, :1])[0, 0]
     assert wider == pytest.approx(0.5 * once, rel=0.02)
 
 
 @pytest.mark.parametrize("model", [BLOK, FlashTemperature("tian_kennedy", 80.0, **STEEL)])
 def test_slices_without_load_or_motion(model):
-    state = conditions(
+    state = line_state(
         [0.0, 0.0, 300.0, 300.0], [1e3, 0.0, 0.0, 2e3], [2e3, 0.0, 0.0, 2e3], sliding=[[9.0, 0, 9.0, 0]]
     )
     rise = model.rise(state, np.full((1, 4), 0.1))[0]

@@ -8,6 +8,7 @@ import pytest
 
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.friction import Friction, mesh_efficiency, power_loss
+from tests.strategies.line_states import line_state
 from tests.strategies.spur_pair import SpurPair
 
 
@@ -97,17 +98,8 @@ def test_the_two_forms_of_the_mean_coefficient_agree_at_161_mm():
     np.testing.assert_allclose(small, 1.22 * local, rtol=5e-3)
 
 
-def conditions(load, speed, curvature=0.1) -> ContactConditions:
-    load, speed = np.atleast_2d(load).astype(float), np.atleast_2d(speed).astype(float)
-    load, speed = np.broadcast_arrays(load, speed)
-    return ContactConditions(
-        line_load=load,
-        half_width=np.where(load > 0.0, 0.2, 0.0),
-        curvature=np.where(load > 0.0, curvature, 0.0),
-        pressure=np.where(load > 0.0, 900.0, 0.0),
-        surface_speed=np.stack([speed, 0.8 * speed]),
-        sliding_speed=0.2 * np.abs(speed),
-    )
+def conditions(load, speed) -> ContactConditions:
+    return line_state(load, speed, 0.8 * np.asarray(speed))
 
 
 OIL = Friction("iso_14179", viscosity_mPas=50.0, roughness_um=0.5)

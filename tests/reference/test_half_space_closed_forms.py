@@ -166,15 +166,21 @@ def test_against_dense_solution(kind):
 def test_levers_and_coupled_grids():
     """Two grids of different cells under one moment, against the conditions themselves."""
     shape, cells, arms = (2, 18, 21), np.array([[0.1, 0.1], [0.07, 0.3]]), np.array([80.0, 90.0])
-    operator = HalfSpace(shape, cells, MODULUS)
+    grids = [HalfSpace(shape[1:], tuple(cell)) for cell in cells]
     gap = np.stack([sum(c**2 / 40.0 for c in coordinates(shape[1:], tuple(cell))) for cell in cells])
     gap[1] += 2e-3
     direction = np.broadcast_to(arms[:, None, None], shape)
     lever = direction * cells.prod(axis=1)[:, None, None]
 
-    def precondition(residual, free):
-        return operator.precondition(residual, roughly=True)
+    class Together:
+        def apply(self, pressure, *, roughly=False):
+            moved = [grid.apply(own, roughly=roughly) for grid, own in zip(grids, pressure, strict=True)]
+            return np.stack(moved) / MODULUS
 
+    def precondition(residual, free):
+        return MODULUS * np.stack([grids[k].precondition(residual[k], roughly=True) for k in range(2)])
+
+    operator = Together()
     result = solve_complementarity(
         operator, gap, precondition, lever=lever, direction=direction, load=4e4, tolerance=1e-10
     )

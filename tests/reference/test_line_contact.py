@@ -28,7 +28,7 @@ from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe, pairs_am
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
-from tests.scenes import TINY, scene_of
+from tests.scenes import TINY, one_rigid_tooth, scene_of
 
 STEEL = effective_modulus(207000.0, 0.3, 207000.0, 0.3)
 TOOTH_LOAD = 1.6e6 / (0.5 * 6.35 * 25 * np.cos(np.radians(25.0)))  # N, 1600 N m on one tooth
@@ -200,18 +200,6 @@ def test_slices_that_need_not_be_looked_at_change_no_loads(small, monkeypatch):
 
 
 # ---------------------------------------------------------------- one rigid tooth is a Hertz ellipse
-
-
-def one_rigid_tooth(scene: sw.Scene, slices: int) -> sw.Scene:
-    return scene.replace(
-        {
-            "wear": None,
-            "numerics.tooth_compliance": "rigid",
-            "numerics.tooth_pairs": 1,
-            "numerics.face_slices": slices,
-            "operation.pinion_torque_Nm": 1600.0,
-        }
-    )
 
 
 SLICES = [40, 61, 121, 400, 2000]

@@ -16,6 +16,7 @@ from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.wear.swept_line import fresh_sweep
+from tests.scenes import one_rigid_tooth
 from tests.strategies.flanks import away_from_borders
 from tests.strategies.lines import even_grid, straight_lines
 
@@ -24,12 +25,6 @@ PATCH = {"numerics.fidelity": "patch", "numerics.cells_per_half_width": 8}
 
 
 # ---------------------------------------------------------------- Hertz
-
-
-def one_rigid_tooth(scene, slices):
-    return scene.replace(
-        {"numerics.face_slices": slices, "numerics.tooth_pairs": 1, "numerics.tooth_compliance": "rigid"}
-    )
 
 
 class Ellipse:

@@ -11,11 +11,10 @@ import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.swept_line import fresh_sweep, wear_of_both_flanks, worn_sweep
 from semiwear.wear.worn import Worn
+from tests.strategies.aligned_face_gear import GEAR_TEETH, PINION_TEETH, sliding_speed, volume_off_gear
 from tests.strategies.effect_scenes import PLAIN
 
-PINION_TEETH, GEAR_TEETH = 25, 160
 RATIO = GEAR_TEETH / PINION_TEETH
-AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
 LOAD = 300.0  # N/mm
 BOTH = {"wear.worn_bodies": ["pinion", "gear"]}
 # tooth compliance changes loads, not what they wear off; local contact alone is quick on a fine grid
@@ -30,24 +29,6 @@ FINE = sw.load_scene("face_gear_25x160").replace(
 )
 K_PINION, K_GEAR = 2.5e-13, 1e-13
 DIFFERENT = {"wear.coefficient_mm2_per_N": {"pinion": K_PINION, "gear": K_GEAR}}
-
-
-def turned(x, y, angle):
-    return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
-
-
-def sliding_speed(position, normal):
-    """|v_s| [mm per radian of the pinion], by moving both bodies a little; the pinion turns towards -z about z."""
-    step = 1e-5
-    moved = []
-    for angle in (-step, step):
-        x, y = turned(position[..., 0], position[..., 1] + AXIS_OFFSET, -angle)
-        pinion = np.stack([x, y - AXIS_OFFSET, position[..., 2]], axis=-1)
-        z, x = turned(position[..., 2], position[..., 0], -angle / RATIO)
-        moved.append(pinion - np.stack([x, position[..., 1], z], axis=-1))
-    slip = (moved[1] - moved[0]) / (2.0 * step)
-    slip = slip - np.sum(slip * normal, axis=-1, keepdims=True) * normal
-    return np.linalg.norm(slip, axis=-1)
 
 
 def speed_over_pinion(lines):
@@ -179,16 +160,11 @@ def test_a_solved_load_wears_the_pinion_as_the_swept_line(one_step):
 
 def volumes(teeth, worn):
     """Volume worn off one tooth of each body [mm^3]."""
-    grid, own, pair = teeth.grid, teeth.driving.grid, teeth.pair
-    face, profile, step = grid.face[:, None], grid.profile, 1e-3
-    along = (pair.gear.points(face + step, profile)[0] - pair.gear.points(face - step, profile)[0]) / (2.0 * step)
-    across = (pair.gear.points(face, profile + step)[0] - pair.gear.points(face, profile - step)[0]) / (2.0 * step)
-    area = np.linalg.norm(np.cross(along, across), axis=-1)
+    grid, own = teeth.grid, teeth.driving.grid
     width = grid.face[1] - grid.face[0]
-    gear = width * np.trapezoid(worn.driven * area, profile, axis=1).sum()
     # the pinion's profile coordinate is the arc length of its involute, and its face coordinate lies along its axis
     pinion = width * np.trapezoid(worn.driving, own.profile, axis=1).sum()
-    return float(pinion), float(gear)
+    return float(pinion), volume_off_gear(teeth.pair, grid, worn.driven)
 
 
 def test_volumes_are_as_coefficients_times_meshes(one_step):

@@ -23,33 +23,20 @@ from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth_ends import end_effect
 from semiwear.compliance.tooth_stretch import ORDERS
-from semiwear.geometry.section import RackRim, ToothSection
+from tests.strategies.tooth_sections import trapezoid
 
 pytestmark = pytest.mark.slow
 
 YOUNGS_MODULUS = 206000.0
 POISSONS_RATIO = 0.3
 WIDTH = 80.0
+TOOTH = trapezoid(half_tip=3.2, angle=15.0, pitch=40.0, rim=19.0)
+# crowded towards the fillet: hexahedra of 1.8 mm next to a load 1.8 mm above it err by 25 % in its stress
 HEIGHTS = 9
 LOW, HIGH = 3, 7  # 3.9 and 11.5 mm above the root; the fillet ends at 1.5 mm
 ELEMENT = ElementHexS2()
 # element boundaries along the half width: patches are [4, 8] and [38, 42] mm
 STATIONS = np.array([0.0, 1.5, 4.0, 5.0, 6.0, 7.0, 8.0, 11.0, 17.0, 26.0, 33.0, 36.0, 38.0, 39.0, 40.0])
-
-
-def trapezoid(pitch: float = 40.0, rim: float = 19.0) -> ToothSection:
-    """Tooth with straight flanks at 15 degrees and a circular fillet of 2 mm on a plane rim.
-
-    Load heights, and with them the elements, crowd towards the fillet: hexahedra of 1.8 mm next to a load 1.8 mm
-    above the fillet err by 25 % in its stress.
-    """
-    height, half_tip, radius, angle = 14.0, 3.2, 2.0, np.radians(15.0)
-    centre = np.array([half_tip + (height - radius) * np.tan(angle) + radius / np.cos(angle), radius])
-    around = np.linspace(np.pi + angle, 1.5 * np.pi, 60)
-    fillet = centre + radius * np.stack([np.cos(around), np.sin(around)], axis=1)
-    y = np.linspace(height, fillet[0, 1], 40)
-    flank = np.stack([half_tip + (height - y) * np.tan(angle), y], axis=1)
-    return ToothSection(flank, y, fillet, RackRim(pitch, -rim))
 
 
 # --- hexahedra ---------------------------------------------------------------------------------------------
@@ -179,7 +166,7 @@ LOADS = {
 @pytest.fixture(scope="module")
 def hexahedra():
     """For each load: mid-surface deflection, z, tangential fillet stress (points, z) over the whole width."""
-    section = section_mesh(trapezoid(), heights=HEIGHTS, fillet_elements=6, elements_across=5, elements_below=3)
+    section = section_mesh(TOOTH, heights=HEIGHTS, fillet_elements=6, elements_across=5, elements_below=3)
     tooth = HexahedralTooth(section, STATIONS)
     normal = section.flank_normal
     whole_levels = np.concatenate([tooth.levels, WIDTH - tooth.levels[-2::-1]])
@@ -231,9 +218,7 @@ def hexahedra():
 
 def test_hexahedra_in_plane_strain_are_harmonic_zero(prism):
     """Both ends held, one layer, twice as fine: how far codes and elements differ without free ends."""
-    section = section_mesh(
-        trapezoid(), heights=2 * HEIGHTS - 1, fillet_elements=16, elements_across=8, elements_below=6
-    )
+    section = section_mesh(TOOTH, heights=2 * HEIGHTS - 1, fillet_elements=16, elements_across=8, elements_below=6)
     tooth = HexahedralTooth(section, np.array([0.0, 1.0]))
     loads = np.zeros((len(tooth.nodes), 3, 1))
     node, normal = section.flank[2 * HIGH], section.flank_normal[2 * HIGH]
@@ -261,7 +246,7 @@ def test_hexahedra_in_plane_strain_are_harmonic_zero(prism):
 @pytest.fixture(scope="module")
 def prism():
     return prism_section(
-        trapezoid(),
+        TOOTH,
         width=WIDTH,
         youngs_modulus=YOUNGS_MODULUS,
         poissons_ratio=POISSONS_RATIO,
@@ -281,7 +266,7 @@ def by_prism(prism, load, z, levels):
     stress = np.einsum("nz,n,nf->fz", np.cos(wave * z), force, prism.stress[:, 1, :, height])
     # what free ends add, by polynomials along the width
     ends = end_effect(
-        trapezoid(), prism, width=WIDTH, slant=0.0, youngs_modulus=YOUNGS_MODULUS, poissons_ratio=POISSONS_RATIO
+        TOOTH, prism, width=WIDTH, slant=0.0, youngs_modulus=YOUNGS_MODULUS, poissons_ratio=POISSONS_RATIO
     )
     weights, _ = cubic_weights(load_heights(HEIGHTS)[[height]], load_heights(5))
     on_ends = np.outer(nodal_line_load(levels, start, end) @ polynomials(levels), weights).ravel()

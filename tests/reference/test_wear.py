@@ -12,34 +12,11 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.wear.swept_line import EdgeShares, own_wear, sweep, wear_of_mesh, worn_sweep
+from tests.strategies.aligned_face_gear import PINION_TEETH, sliding_speed, volume_off_gear
 from tests.strategies.lines import even_grid, straight_lines
 
-PINION_TEETH, GEAR_TEETH = 25, 160
-AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
 LOAD = 300.0  # N/mm
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-
-
-# ---------------------------------------------------------------- kinematics, from the motions alone
-
-
-def turn_about_y(points, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    x, y, z = np.moveaxis(points, -1, 0)
-    return np.stack([x * c + z * s, y, z * c - x * s], axis=-1)
-
-
-def sliding_velocity(position):
-    """Pinion less gear [mm per radian of the pinion], by moving both a little; the pinion turns towards -z."""
-    step = 1e-5
-    pinion = []
-    gear = []
-    for angle in (-step, step):
-        c, s = np.cos(-angle), np.sin(-angle)
-        x, y = position[..., 0], position[..., 1] + AXIS_OFFSET
-        pinion.append(np.stack([x * c - y * s, x * s + y * c - AXIS_OFFSET, position[..., 2]], axis=-1))
-        gear.append(turn_about_y(position, -angle * PINION_TEETH / GEAR_TEETH))
-    return ((pinion[1] - pinion[0]) - (gear[1] - gear[0])) / (2.0 * step)
 
 
 class Valley:
@@ -67,11 +44,10 @@ class Valley:
         across = np.cross(normals, along)[1:-1]
         speed = np.abs(np.sum(per_roll * across, axis=-1)) * PINION_TEETH / (2.0 * np.pi)
         met = pair.meeting(f[None, :], u, self.roll[:, None])
-        slip = sliding_velocity(met.position)
-        slip -= np.sum(slip * met.normal, axis=-1, keepdims=True) * met.normal
         # a line that rests on the bound of the search has left the flank
         moving = speed > 1e-3
-        return np.where(moving, np.linalg.norm(slip, axis=-1)[1:-1] / np.where(moving, speed, 1.0), np.nan)
+        sliding = sliding_speed(met.position, met.normal)[1:-1]
+        return np.where(moving, sliding / np.where(moving, speed, 1.0), np.nan)
 
 
 def interior(teeth, nodes, profile, distance):
@@ -181,20 +157,10 @@ def test_volume_is_load_times_sliding_distance(fresh):
     line_load = np.where(touched.edge, 0.0, teeth.on_fine_rolls(teeth.problem.line_load(state.loads)))
     mesh = wear_of_mesh(lines, grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus)
 
-    # area of the flank per face and profile coordinate, from the surface itself
-    face, profile, step = grid.face[:, None], grid.profile, 1e-3
-    along = (pair.gear.points(face + step, profile)[0] - pair.gear.points(face - step, profile)[0]) / (2.0 * step)
-    across = (pair.gear.points(face, profile + step)[0] - pair.gear.points(face, profile - step)[0]) / (2.0 * step)
-    area = np.linalg.norm(np.cross(along, across), axis=-1)
-    slice_width = (pair.face_limits[1] - pair.face_limits[0]) / grid.face.size
-    volume = slice_width * float(np.trapezoid(mesh * area, grid.profile, axis=1).sum())
-
-    position = pair.meeting(lines.face[None, :], touched.profile, lines.roll[:, None])
-    slip = sliding_velocity(position.position)
-    slip -= np.sum(slip * position.normal, axis=-1, keepdims=True) * position.normal
+    met = pair.meeting(lines.face[None, :], touched.profile, lines.roll[:, None])
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
-    work = float(np.sum(line_load * lines.length * np.linalg.norm(slip, axis=-1) * time[:, None]))
-    assert volume == pytest.approx(work, rel=0.01)
+    work = float(np.sum(line_load * lines.length * sliding_speed(met.position, met.normal) * time[:, None]))
+    assert volume_off_gear(pair, grid, mesh) == pytest.approx(work, rel=0.01)
 
 
 @pytest.mark.slow

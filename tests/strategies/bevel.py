@@ -17,10 +17,9 @@ from functools import cached_property
 from math import asin, atan2, cos, radians, sin, tan
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-FloatArray = NDArray[np.float64]
+from semiwear.arrays import FloatArray
 
 _NEAR = 15  # columns to either side, to which the least gap is fitted
 

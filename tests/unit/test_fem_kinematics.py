@@ -9,6 +9,7 @@ import xarray as xr
 import semiwear as sw
 from fem_reference.fem_results import line_motion
 from fem_reference.kinematics import PairKinematics
+from fem_reference.pair_motion import rounded
 from fem_reference.rigid_lines import RigidFlank, RigidLine, forecast
 from fem_reference.wear import FlankWear, NoWear, face_stations, flank_profile, wear_depth_of
 from semiwear.errors import SceneError
@@ -77,14 +78,14 @@ def test_sliding_and_speeds(pair: PairKinematics) -> None:
 
 def test_rounded_edges(pair: PairKinematics) -> None:
     face = np.array([500.0, 559.9])
-    added = pair.rounding(face, np.zeros(2), pair.meeting(face, np.zeros(2), 0.0))
+    added = rounded(pair, face, np.zeros(2), pair.meeting(face, np.zeros(2), 0.0))
     assert added[0] == 0.0
     # both bodies end near 560: two arcs of 0.2 mm that have turned by half, at least one of them
     arc = 0.2 - np.sqrt(0.2**2 - 0.1**2)
     assert arc - 1e-9 < added[1] < 2.0 * arc + 1e-9
     tip = pair.gear.tip_profile(np.array([500.0]))
     beyond = pair.meeting(np.array([500.0]), tip + 0.01, 0.0)
-    assert np.isinf(pair.rounding(np.array([500.0]), tip + 0.01, beyond)).all()
+    assert np.isinf(rounded(pair, np.array([500.0]), tip + 0.01, beyond)).all()
 
 
 def test_valley_and_forecast(shipped: sw.Scene, pair: PairKinematics) -> None:

@@ -11,10 +11,11 @@ from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, RingInfluen
 from semiwear.compliance.root import ROOT_FROM
 from semiwear.compliance.strained_root import strained_root
 from semiwear.geometry.inclined_foot import FootRing
-from semiwear.geometry.section import RackRim, ToothSection
+from tests.strategies.tooth_sections import trapezoid
 
 E, NU = 206000.0, 0.3
 RADIAL, TANGENTIAL, AXIAL = 0, 1, 2
+SPACED = {"pitch": 30.0, "rim": 30.0}
 
 
 def influence(ring: FootRing, ground: float = 6.0) -> RingInfluence:
@@ -24,16 +25,6 @@ def influence(ring: FootRing, ground: float = 6.0) -> RingInfluence:
 def by(stress: np.ndarray, order: int, force: int) -> np.ndarray:
     """Stress of the loaded tooth's foot [polynomial] by a force that is spread as one."""
     return stress[OFFSETS == 0][0].reshape(POLYNOMIALS, POLYNOMIALS, 4)[:, order, force]
-
-
-def tooth(height: float = 14.0, half_tip: float = 2.5, radius: float = 2.0, pitch: float = 30.0) -> ToothSection:
-    angle = np.radians(20.0)
-    centre = np.array([half_tip + (height - radius) * np.tan(angle) + radius / np.cos(angle), radius])
-    around = np.linspace(np.pi + angle, 1.5 * np.pi, 41)
-    fillet = centre + radius * np.stack([np.cos(around), np.sin(around)], axis=1)
-    y = np.linspace(height, fillet[0, 1], 41)
-    flank = np.stack([half_tip + (height - y) * np.tan(angle), y], axis=1)
-    return ToothSection(flank, y, fillet, RackRim(pitch, -pitch))
 
 
 def test_a_disc_drawn_outwards_by_all_its_teeth_is_strained_as_lame_says(monkeypatch):
@@ -74,7 +65,7 @@ def test_elements_above_a_cylinder_do_not_depend_on_what_is_below():
 
 
 def test_the_root_is_a_shallow_notch_in_a_strained_wheel():
-    share, factor = strained_root(tooth(), poissons_ratio=NU)
+    share, factor = strained_root(trapezoid(**SPACED), poissons_ratio=NU)
     assert share[0] > 0.0 and share[-1] < 1.0 and np.all(np.diff(share) > 0.0)
     # the stress passes the flank by, and crowds below the fillet
     assert abs(factor[0]) < 0.5
@@ -84,11 +75,13 @@ def test_the_root_is_a_shallow_notch_in_a_strained_wheel():
 
 
 def test_a_rounder_fillet_is_a_blunter_notch():
-    sharp, round_ = (strained_root(tooth(radius=radius), poissons_ratio=NU)[1].max() for radius in (2.0, 4.0))
+    sharp, round_ = (
+        strained_root(trapezoid(radius=radius, **SPACED), poissons_ratio=NU)[1].max() for radius in (2.0, 4.0)
+    )
     assert 1.0 < round_ < 0.95 * sharp
 
 
 def test_the_factor_of_the_root_does_not_depend_on_size():
-    _, small = strained_root(tooth(), poissons_ratio=NU)
-    _, large = strained_root(tooth(28.0, 5.0, 4.0, 60.0), poissons_ratio=NU)
+    _, small = strained_root(trapezoid(**SPACED), poissons_ratio=NU)
+    _, large = strained_root(trapezoid(28.0, 5.0, radius=4.0, pitch=60.0, rim=60.0), poissons_ratio=NU)
     assert_allclose(large, small, rtol=1e-8, atol=1e-8)

@@ -10,27 +10,16 @@ from semiwear.compliance.polynomials import along_width, derivatives
 from semiwear.compliance.prism import prism_section
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS, Stretch, StretchInfluence
-from semiwear.geometry.section import RackRim, ToothSection
+from tests.strategies.tooth_sections import trapezoid
 
 STEEL = {"youngs_modulus": 206000.0, "poissons_ratio": 0.3}
 SMALL = {"heights": 5, "fillet_elements": 4, "elements_across": 3, "elements_below": 2, "rack_teeth": 3}
-
-
-def tooth(pitch: float = 30.0, rim: float = 15.0) -> ToothSection:
-    """Straight flanks at 20 degrees, 14 mm high, fillets of 2 mm."""
-    height, half_tip, radius, angle = 14.0, 2.5, 2.0, np.radians(20.0)
-    centre = np.array([half_tip + (height - radius) * np.tan(angle) + radius / np.cos(angle), radius])
-    around = np.linspace(np.pi + angle, 1.5 * np.pi, 41)
-    fillet = centre + radius * np.stack([np.cos(around), np.sin(around)], axis=1)
-    y = np.linspace(height, fillet[0, 1], 41)
-    return ToothSection(
-        np.stack([half_tip + (height - y) * np.tan(angle), y], axis=1), y, fillet, RackRim(pitch, -rim)
-    )
+TOOTH = trapezoid(pitch=30.0)
 
 
 @cache
 def stretch(width: float, youngs_modulus: float = 206000.0, poissons_ratio: float = 0.3) -> Stretch:
-    return Stretch.of(tooth(), width=width, youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio, name="t")
+    return Stretch.of(TOOTH, width=width, youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio, name="t")
 
 
 @cache
@@ -41,8 +30,8 @@ def freed(lean: float) -> StretchInfluence:
 
 @cache
 def ends_of(width: float, slant: float = 0.0) -> EndEffect:
-    prism = prism_section(tooth(), width=width, harmonics=5, **SMALL, **STEEL)
-    return end_effect(tooth(), prism, width=width, slant=slant, **STEEL)
+    prism = prism_section(TOOTH, width=width, harmonics=5, **SMALL, **STEEL)
+    return end_effect(TOOTH, prism, width=width, slant=slant, **STEEL)
 
 
 def even_load(height: int = 3) -> np.ndarray:

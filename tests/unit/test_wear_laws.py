@@ -16,6 +16,7 @@ from semiwear.contact.friction import Friction
 from semiwear.effect_clock import EffectClock
 from semiwear.wear import contact_factor
 from semiwear.wear.laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw
+from tests.strategies.line_states import line_state
 
 FILM = FilmThickness("dowson_higginson", 50.0, 20.0, roughness_um=0.5, effective_modulus=113e3)
 FLASH = FlashTemperature("tian_kennedy", 80.0, 46.0, 7830.0, 465.0)
@@ -23,18 +24,7 @@ RUBBING = Friction("constant", coefficient=0.08)
 
 
 def conditions(load, pressure=900.0, speed=3e3) -> ContactConditions:
-    load, pressure, speed = np.broadcast_arrays(
-        *(np.atleast_2d(np.asarray(v, float)) for v in (load, pressure, speed))
-    )
-    loaded = load > 0.0
-    return ContactConditions(
-        line_load=load,
-        half_width=np.where(loaded, 0.2, 0.0),
-        curvature=np.where(loaded, 0.1, 0.0),
-        pressure=np.where(loaded, pressure, 0.0),
-        surface_speed=np.stack([speed, 0.7 * speed]),
-        sliding_speed=0.3 * speed,
-    )
+    return line_state(load, speed, 0.7 * np.asarray(speed), pressure=pressure)
 
 
 LAWS = (
