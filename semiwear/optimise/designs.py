@@ -150,12 +150,12 @@ class Designs:
 
     def violation(self, design: Design, bounds: FloatArray) -> float:
         """Greatest excess over a limit, relative to the size of its bound; 0 if all limits are kept."""
-        if not design.solved:
-            return float("inf")
-        worst = 0.0
-        for limit, value, bound in zip(self.limits, design.limited, bounds, strict=True):
-            worst = max(worst, replace(limit, bound=float(bound)).excess(float(value)) / size_of(limit))
-        return worst
+        return float(self.excesses(design.limited, bounds).max(initial=0.0)) if design.solved else float("inf")
+
+    def excesses(self, limited: FloatArray, bounds: FloatArray) -> FloatArray:
+        """How far limited quantities (..., limits) lie beyond bounds, relative to the sizes of the limits."""
+        senses = np.array([1.0 if limit.at_most else -1.0 for limit in self.limits])
+        return np.asarray(senses * (limited - bounds) / np.array([size_of(limit) for limit in self.limits]))
 
     @property
     def bounds(self) -> FloatArray:

@@ -108,10 +108,6 @@ class Limit:
         units = "" if self.quantity.units == "1" else f" {self.quantity.units}"
         return f"{self.quantity.text} {'<=' if self.at_most else '>='} {self.bound:g}{units}"
 
-    def excess(self, value: float) -> float:
-        """How far a value lies beyond the limit; negative within it."""
-        return value - self.bound if self.at_most else self.bound - value
-
 
 def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity | None:
     """Quantity from text; None, with a problem added, if no result has it."""

@@ -257,7 +257,7 @@ def test_quantities_by_body_and_time() -> None:
     assert quantity.value(Measured(), low_is_good=True) != quantity.value(Measured(), low_is_good=True)
     (limit,) = limits_of({"root_stress_max[gear]": ">= 95"}, problems)
     assert not problems
-    assert limit.excess(110.0) == -15.0
+    assert (limit.bound, limit.at_most) == (95.0, False)
     assert limit.quantity.value(measured, low_is_good=False) == 110.0
 
 
