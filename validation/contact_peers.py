@@ -13,9 +13,8 @@ from typing import Any, Protocol
 
 import numpy as np
 from contact_problems import Case, GapProblem
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from semiwear.arrays import FloatArray
 
 MAX_ITERATIONS = 2000  # of any code; on smooth surfaces none needs more than a tenth of it
 
