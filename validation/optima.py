@@ -29,18 +29,17 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 import semiwear as sw
+from semiwear.arrays import FloatArray
 from semiwear.optimise.designs import DOUBLED, OWN, Aim, Design, Designs
 from semiwear.optimise.quantity import limits_of, quantity_of
 from semiwear.optimise.space import space_of
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Status
 from semiwear.untyped import Table, Value
-
-FloatArray = NDArray[np.float64]
+from validation.charts import pareto
 
 _STORED = Path(__file__).parent / "data" / "optima.json"
 SAMPLES = 2048
@@ -259,12 +258,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
 
 def front_of(aims: FloatArray) -> FloatArray:
     """Those of some pairs (n, 2) that no other is better than in both."""
-    best, kept = np.inf, []
-    for pair in aims[np.lexsort(aims.T[::-1])]:
-        if pair[1] < best:
-            best = pair[1]
-            kept.append(pair)
-    return np.array(kept)
+    return aims[pareto(aims[:, 0], aims[:, 1])]
 
 
 def optimised(case: Case) -> Table:
