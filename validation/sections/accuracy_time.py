@@ -64,7 +64,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             failures += not_solved
             if method.name == "line" and reference is not None:
                 references[problem.name] = reference
-    asked = []
+    asked: list[Asked] = []
     with_reference = [problem for problem in problems.wear if problem.name in references]
     for problem in with_reference[:1] if quick else with_reference:
         accuracies = ACCURACIES[:1] if quick else ACCURACIES
@@ -73,7 +73,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         for accuracy in accuracies:
             progress.note(f"{problem.name}, accuracy {accuracy:g} asked for")
             try:
-                asked += list(asked_for(problem, references[problem.name], [accuracy]))
+                asked.append(asked_for(problem, references[problem.name], accuracy))
             except SemiwearError as error:
                 failures.append(f"{problem.name}, accuracy {accuracy:g} asked for: {error}")
     progress.note("a new process")
