@@ -100,8 +100,6 @@ class WearProblem:
         The shipped scene that it changes.
     changes : mapping
         Fields of the scene.
-    worn_bodies : tuple of str
-        What wears; `marched` wear needs the gear alone.
     """
 
     name: str
@@ -118,7 +116,7 @@ class WearProblem:
 
     @property
     def marches(self) -> bool:
-        """Whether `marched` wear can solve it."""
+        """Whether `marched` wear can solve it, which needs the gear worn alone."""
         wear = self.scene().wear
         return wear is not None and wear.worn_bodies == ("gear",)
 
