@@ -33,8 +33,8 @@ from scipy.stats import qmc
 
 import semiwear as sw
 from semiwear.arrays import FloatArray
-from semiwear.optimise.designs import DOUBLED, OWN, Aim, Design, Designs
-from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.optimise.designs import DOUBLED, OWN, Design, Designs
+from semiwear.optimise.run import plan_search
 from semiwear.optimise.space import space_of
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Status
@@ -141,13 +141,8 @@ class Case:
     def designs(self, workers: int = 0) -> Designs:
         """What the optimiser knows of the problem before it begins."""
         scene, vary = SPACES[self.space]
-        problems: list[sw.errors.Problem] = []
-        aims = [quantity_of("minimise", text, problems) for text in self.minimise]
-        limits = limits_of(self.subject_to, problems)
-        if problems:
-            raise sw.SceneError(problems, self.title)
-        known = tuple(Aim(quantity) for quantity in aims if quantity is not None)
-        return Designs(scene, space_of(scene, vary), known, limits, workers, lambda design: None)
+        planned = plan_search(scene, vary, self.minimise, subject_to=self.subject_to)
+        return Designs(scene, planned.space, planned.aims, planned.limits, workers, lambda design: None)
 
     def optimise(self) -> sw.Optimum:
         """Its best design, by the optimiser."""
