@@ -110,7 +110,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             "simulate": ([one[1] for one in cold.values()], "s", "main job of the shipped scene"),
         },
     )
-    return Section(TITLE, _found(points, asked), html, data)
+    return Section(_found(points, asked), html, data)
 
 
 # ---- words

@@ -63,7 +63,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             },
         ),
     }
-    return Section(TITLE, _found(problems.block_on_ring, hertz, swept, runs, iso), html, data)
+    return Section(_found(problems.block_on_ring, hertz, swept, runs, iso), html, data)
 
 
 def _found(

@@ -29,7 +29,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
     try:
         stored = store.read()
     except (SemiwearError, FileNotFoundError) as error:
-        return Section(TITLE, (f"No stored results: {error}",), "")
+        return Section((f"No stored results: {error}",), "")
     compared: list[_Compared] = []
     failures = []
     for pair in store.PAIRS:
@@ -41,7 +41,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         except SemiwearError as error:
             failures.append(f"{pair.name}: {error}")
     if not compared:
-        return Section(TITLE, ("No pair could be compared.",), failures_note(failures))
+        return Section(("No pair could be compared.",), failures_note(failures))
     error = np.array([_error_ratio(one) for one in compared])
     root = np.array([[_root_ratio(one, body) for body in _BODIES] for one in compared])
     worst, lowest = int(np.argmax(np.abs(error - 1.0))), np.unravel_index(np.argmax(np.abs(root - 1.0)), root.shape)
@@ -64,9 +64,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
              "the single stiffness of ISO 6336-1 falls as the cosine of the helix angle.",
              lambda ax: _trend(ax, compared)),
     ]  # fmt: skip
-    return Section(
-        TITLE, found, failures_note(failures) + _table(compared) + cards(drawn), {"pairs": _data(compared)}
-    )
+    return Section(found, failures_note(failures) + _table(compared) + cards(drawn), {"pairs": _data(compared)})
 
 
 def _words(pair: HelicalPair) -> str:

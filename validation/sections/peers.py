@@ -43,7 +43,7 @@ def from_report(report: Mapping[str, Any]) -> Section:
     """The section from the benchmark's report."""
     rows = [{**row, "label": f"{row['case']} {row['points'][0]} x {row['points'][1]}"} for row in report["rows"]]
     html = _intro(report) + cards([_chart(rows)]) + _table(rows)
-    return Section(TITLE, _found(report, rows), html, {"contact": _data(rows)})
+    return Section(_found(report, rows), html, {"contact": _data(rows)})
 
 
 def _found(report: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:

@@ -72,7 +72,7 @@ def build(_: Problems, quick: bool, progress: Progress) -> Section:
         f"Solutions of the loaded contact needed {words}. Wear shrinks "
         f"{'nowhere' if not shrinks else f'in {len(shrinks)} of the lives'}.",
     )
-    return Section(TITLE, found, html, {"schemes": _data(runs)})
+    return Section(found, html, {"schemes": _data(runs)})
 
 
 def _lives(slices: int, quick: bool, progress: Progress, failures: list[str]) -> list[SchemeRun]:

@@ -39,7 +39,7 @@ def sound(problems, quick, progress):
         {"square": ([1.0, 4.0, 9.0], "mm", "its square"), "odd": ([True, False, True], "1", "odd")},
     )
     chart = card("squares", "Squares", "They grow.", lambda ax: ax.plot([1, 2, 3], [1, 4, 9]))
-    return Section("Counting", ("Three squares < 10 were found.",), chart, {"squares": data})
+    return Section(("Three squares < 10 were found.",), chart, {"squares": data})
 
 
 def broken(problems, quick, progress):
