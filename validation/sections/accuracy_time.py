@@ -14,7 +14,7 @@ from semiwear.errors import SemiwearError
 from semiwear.report.markup import figure_text, table
 from validation import finite_elements as store
 from validation.accuracy_time import Asked, Point, asked_for, cold_seconds, cost_of_a_digit, points_of
-from validation.charts import COLOURS, MARKERS, Draw, card, cards, pareto, plain_log
+from validation.charts import COLOURS, MARKERS, Draw, card, cards, legend_above, pareto, plain_log
 from validation.error_time import BEFORE, stored
 from validation.problems import Figure, Problems, wear_problem
 from validation.progress import Progress
@@ -202,7 +202,7 @@ def _error_over_time(points: Sequence[Point], figure: Figure, elements: FiniteEl
         plain_log(ax.yaxis, percent=True)
         ax.set_xlabel("Processor time, warm (s)")
         ax.set_ylabel(f"Error of {figure.name}")
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+        legend_above(ax)
 
     return draw
 
