@@ -22,7 +22,7 @@ from typing import Protocol
 import numpy as np
 
 from semiwear.errors import ResultFileError
-from semiwear.results.files import sync_folder
+from semiwear.results.files import write_synced
 from semiwear.results.run_identity import run_identity
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
@@ -174,14 +174,9 @@ def _write(file: Path, content: bytes) -> None:
 def _write_once(file: Path, content: bytes) -> None:
     part = file.with_name(f"{file.name}.{uuid.uuid4().hex}{_PART}")
     try:
-        with part.open("wb") as opened:
-            opened.write(content)
-            opened.flush()
-            os.fsync(opened.fileno())
-        os.replace(part, file)
+        write_synced(file, part, content)
     finally:
         part.unlink(missing_ok=True)
-    sync_folder(file.parent)
 
 
 def _packed(outcome: Outcome) -> bytes:
