@@ -112,7 +112,7 @@ class WearProblem:
         merged = dict(self.changes)
         for changes in more:
             merged |= changes
-        return sw.load_scene(self.base).replace(merged) if merged else sw.load_scene(self.base)
+        return sw.load_scene(self.base).replace(merged)
 
     @property
     def marches(self) -> bool:
