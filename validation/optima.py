@@ -209,11 +209,10 @@ def samples(name: str, folder: Path, workers: int) -> tuple[list[FloatArray], xr
 
 def _read(designs: Designs, place: FloatArray, sample: xr.Dataset) -> Design:
     """A sample of a sweep as a design on the grid of its scene."""
-    quantities = [*(aim.quantity for aim in designs.aims), *(limit.quantity for limit in designs.limits)]
     if int(sample["status"]) != Status.DONE:
         return Design(place, OWN, np.full(len(designs.aims), np.nan), np.full(len(designs.limits), np.nan))
     known = Measured(
-        {one.path: sample[one.variable.name].values for one in quantities}, {"body": sample["body"].values}
+        {one.path: sample[one.variable.name].values for one in designs.quantities}, {"body": sample["body"].values}
     )
     aims = [aim.value(known) for aim in designs.aims]
     limited = [one.quantity.value(known, low_is_good=one.at_most) for one in designs.limits]

@@ -104,9 +104,14 @@ class Limit:
     bound: float
     at_most: bool
 
+    @property
+    def condition(self) -> str:
+        """Sign and bound, e.g. ``"<= 2.5"``."""
+        return f"{'<=' if self.at_most else '>='} {self.bound:g}"
+
     def __str__(self) -> str:
         units = "" if self.quantity.units == "1" else f" {self.quantity.units}"
-        return f"{self.quantity.text} {'<=' if self.at_most else '>='} {self.bound:g}{units}"
+        return f"{self.quantity.text} {self.condition}{units}"
 
 
 def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity | None:
