@@ -88,7 +88,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
         lines = [_in_words(reached, k) for k in range(len(before))]
         return Ended(found.samples, _whole(found, reached), "\n".join([str(found), *lines]), _sections(found, lines))
 
-    return Prepared(study, ready.job, ended)
+    return Prepared(ready.job, ended)
 
 
 def _fields(raw: Value, problems: list[Problem]) -> Table:
