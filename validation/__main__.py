@@ -14,30 +14,15 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = os.environ[
 
 import argparse
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from validation.finite_elements import CASES, recompute
 from validation.parallel import build_all
 from validation.problems import PROBLEMS
 from validation.progress import progress_on
 from validation.sections import SECTIONS
 from validation.writer import write
-
-
-def recompute(cases: Sequence[str]) -> None:
-    """Renew stored finite-element results; all cases where none is named."""
-    import semiwear as sw
-    from validation import finite_elements
-
-    unknown = [case for case in cases if case not in finite_elements.CASES]
-    if unknown:
-        sys.exit(f"--recompute: no case {', '.join(unknown)}; there are: {', '.join(finite_elements.CASES)}")
-    scene = sw.load_scene(finite_elements.SCENE)
-    for case in cases or finite_elements.CASES:
-        started = time.perf_counter()
-        tree = finite_elements.compute(case, scene)
-        print(f"{case}: {finite_elements.store(case, tree, time.perf_counter() - started)}", flush=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,6 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
 
     if options.recompute is not None:
+        unknown = [case for case in options.recompute if case not in CASES]
+        if unknown:
+            sys.exit(f"--recompute: no case {', '.join(unknown)}; there are: {', '.join(CASES)}")
         recompute(options.recompute)
     chosen = [plan for plan in SECTIONS if plan.name in options.sections]
     progress = progress_on(sys.stderr, len(chosen))

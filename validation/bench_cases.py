@@ -17,7 +17,7 @@ class BenchCase:
     ----------
     name : str
     about : str
-        One line for the table.
+        What it is, in one line, for who reads the list.
     scene : str
         A shipped scene.
     changes : dict

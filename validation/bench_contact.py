@@ -36,7 +36,7 @@ from dataclasses import asdict, dataclass, replace
 from importlib import metadata
 from typing import Any
 
-from contact_peers import PEERS, Answer, Code, Semiwear, Session, field_error, solve_case
+from contact_peers import PEERS, Answer, Code, Semiwear, Solve, field_error, solve_case
 from contact_problems import ROUGH_LOADS, Case, HertzProblem, RollSweep, RoughProblem, circular_hertz, unseen
 
 from semiwear.compliance.half_space import HalfSpace
@@ -103,10 +103,10 @@ class Row:
 
 @dataclass
 class Contender:
-    """A code on a case: its session, and the setting that was found for it."""
+    """A code that was opened on a case, and the setting that was found for it."""
 
     code: Code
-    session: Session
+    solve: Solve
     setup: float
     variant: str
     rung: int
@@ -159,7 +159,7 @@ def references(case: Case) -> list[Answer]:
 
 def prepare(code: Code, case: Case, exact: Sequence[Answer], before: Contender | None) -> Contender | None:
     """Set a code up and find its fastest variant and cheapest tolerance; `before` is the code in the case before."""
-    session, setup = timed(lambda: code.open(case, [float(answer.approach) for answer in exact]))
+    solve, setup = timed(lambda: code.open(case, [float(answer.approach) for answer in exact]))
     variants = code.variants
     if len(case.problems) == 1 and code.name == "tamaas":
         variants = variants[:1]  # they differ in warm starts only
@@ -171,7 +171,7 @@ def prepare(code: Code, case: Case, exact: Sequence[Answer], before: Contender |
         runs: dict[int, tuple[list[Answer], float, float]] = {}
 
         def error_at(rung: int, variant: str = variant, runs: dict[int, Any] = runs) -> float:
-            answers, seconds = timed(lambda: solve_case(session, case, variant, LADDER[rung]))
+            answers, seconds = timed(lambda: solve_case(solve, case, variant, LADDER[rung]))
             runs[rung] = answers, seconds, field_error(answers, exact)
             progress(
                 f"{case.label}: {code.name}, {variant}, {LADDER[rung]:.1e}: {runs[rung][2]:.1e} in {seconds:.3f} s"
@@ -184,7 +184,7 @@ def prepare(code: Code, case: Case, exact: Sequence[Answer], before: Contender |
             continue
         answers, seconds, error = runs[rung]
         if len(variants) > 1 and seconds < SLOW:
-            again = [timed(lambda v=variant, r=rung: solve_case(session, case, v, LADDER[r]))[1] for _ in range(4)]
+            again = [timed(lambda v=variant, r=rung: solve_case(solve, case, v, LADDER[r]))[1] for _ in range(4)]
             seconds = min(seconds, *again)
         found[variant] = seconds, rung, error, answers
     if not found:
@@ -192,7 +192,7 @@ def prepare(code: Code, case: Case, exact: Sequence[Answer], before: Contender |
     variants_ms = {variant: 1e3 * entry[0] / len(case.problems) for variant, entry in found.items()}
     best = min(found, key=lambda variant: found[variant][0])
     _, rung, error, answers = found[best]
-    return Contender(code, session, setup, best, rung, error, answers, variants_ms)
+    return Contender(code, solve, setup, best, rung, error, answers, variants_ms)
 
 
 def race(case: Case, contenders: Sequence[Contender], rounds: int) -> tuple[dict[str, list[float]], list[float]]:
@@ -216,11 +216,11 @@ def race(case: Case, contenders: Sequence[Contender], rounds: int) -> tuple[dict
             if (number + 1) * turns[name] // rounds == number * turns[name] // rounds:
                 continue
             for _ in range(times[name]):
-                run = timed(lambda c=contender, t=tolerance: solve_case(c.session, case, c.variant, t))
+                run = timed(lambda c=contender, t=tolerance: solve_case(c.solve, case, c.variant, t))
                 seconds[name].append(run[1])
             if name == Semiwear.name:
-                session = contender.code.open(unseen(case, number), ())
-                fresh.append(timed(lambda s=session, c=contender, t=tolerance: solve_case(s, case, c.variant, t))[1])
+                solve = contender.code.open(unseen(case, number), ())
+                fresh.append(timed(lambda s=solve, c=contender, t=tolerance: solve_case(s, case, c.variant, t))[1])
     return seconds, fresh
 
 
@@ -238,8 +238,8 @@ def check(case: Case, exact: Sequence[Answer], codes: Sequence[Code]) -> dict[st
     elif cells > 128 * 128 or len(case.problems) > 1:
         codes = [code for code in codes if code.name != "tamaas"] or codes[:1]
     for code in codes:
-        session = code.open(case, [float(answer.approach) for answer in exact])
-        answers = solve_case(session, case, code.variants[0], TIGHT if cells <= 256 * 256 else 10 * TIGHT)
+        solve = code.open(case, [float(answer.approach) for answer in exact])
+        answers = solve_case(solve, case, code.variants[0], TIGHT if cells <= 256 * 256 else 10 * TIGHT)
         entry["reference_against"][code.name] = field_error(answers, exact)
     differences = ", ".join(f"{name} {error:.1e}" for name, error in entry["reference_against"].items())
     progress(f"{case.label}: reference against {differences or 'nobody'}")

@@ -24,7 +24,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex
 
 from fem_reference.abaqus import ContactPair, write_inp
@@ -38,10 +37,9 @@ from fem_reference.root_load import BODIES, RootStress
 from fem_reference.root_stress import ROOT_FROM, fillet_stress, pressure_load
 from fem_reference.solvers import factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FilletGrid
+from semiwear.arrays import FloatArray
 from semiwear.scene import Scene, load_scene
 from validation.helical_pairs import helical_scene
-
-FloatArray = NDArray[np.float64]
 
 
 class CalculixError(RuntimeError):

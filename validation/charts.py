@@ -68,6 +68,11 @@ def cards(items: Sequence[str]) -> str:
     return element("div", "".join(items), class_="cards charts")
 
 
+def legend_above(ax: Any, columns: int = 2, **options: Any) -> None:
+    """A legend above the axes, where it hides no curve."""
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, **options)
+
+
 def plain_log(axis: Any, percent: bool = False) -> None:
     """Ticks of a logarithmic axis at round numbers, three of them or more, written as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator

@@ -1,7 +1,7 @@
 """The codes that solve half-space contact problems, behind one interface.
 
-A code opens a `Session` on a `Case` (its operator is set up there, and that is not timed) and solves the problems one
-after the other. tamaas, ContactMechanics and aspher are peers on PyPI; a code that is not installed raises
+A code is opened on a `Case` (its operator is set up there, and that is not timed), and solves the problems one after
+the other. tamaas, ContactMechanics and aspher are peers on PyPI; a code that is not installed raises
 `ImportError` when opened.
 """
 
@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from contact_problems import Case, GapProblem
-from numpy.typing import NDArray
+from contact_problems import Case
 
-FloatArray = NDArray[np.float64]
+from semiwear.arrays import FloatArray
 
 MAX_ITERATIONS = 2000  # of any code; on smooth surfaces none needs more than a tenth of it
 
@@ -39,12 +38,9 @@ def field_error(answers: Sequence[Answer], exact: Sequence[Answer]) -> float:
     return max(errors) if np.all(np.isfinite(errors)) else float("inf")
 
 
-class Session(Protocol):
-    """A code that is set up for the grid of a case."""
-
-    def solve(self, position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
-        """Solve one problem of the case, from a pressure [MPa] if there is one."""
-        ...
+Solve = Callable[[int, FloatArray | None, str, float], Answer]
+"""A code that is set up for a case: from the position of a problem, a pressure [MPa] to begin with or None, a variant
+and a tolerance to the answer."""
 
 
 class Code(Protocol):
@@ -53,7 +49,7 @@ class Code(Protocol):
     name: str
     variants: tuple[str, ...]
 
-    def open(self, case: Case, approaches: Sequence[float]) -> Session:
+    def open(self, case: Case, approaches: Sequence[float]) -> Solve:
         """Set up for a case; approaches [mm] are those of the solutions: scales of tolerances."""
         ...
 
@@ -62,13 +58,13 @@ class Code(Protocol):
         ...
 
 
-def solve_case(session: Session, case: Case, variant: str, tolerance: float) -> list[Answer]:
+def solve_case(solve: Solve, case: Case, variant: str, tolerance: float) -> list[Answer]:
     """Solve all problems of a case, each from the linear extrapolation of the last two pressures."""
     answers: list[Answer] = []
     for position in range(len(case.problems)):
         last = [answer.pressure for answer in answers[-2:]]
         start = np.maximum(2 * last[1] - last[0], 0.0) if len(last) == 2 else last[0] if last else None
-        answers.append(session.solve(position, start, variant, tolerance))
+        answers.append(solve(position, start, variant, tolerance))
     return answers
 
 
@@ -82,30 +78,24 @@ class Semiwear:
         """Any case."""
         return True
 
-    def open(self, case: Case, approaches: Sequence[float] = ()) -> Session:
+    def open(self, case: Case, approaches: Sequence[float] = ()) -> Solve:
         """Nothing to set up: what the solver keeps between calls is its own business."""
         from semiwear.contact import solve_half_space
 
-        return _SemiwearSession(case, solve_half_space)
+        def solve(position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
+            problem = case.problems[position]
+            result = solve_half_space(
+                problem.gap,
+                cell=problem.cell,
+                effective_modulus=problem.effective_modulus,
+                load=problem.load,
+                start=start,
+                tolerance=tolerance,
+                max_iterations=MAX_ITERATIONS,
+            )
+            return Answer(result.pressure, result.iterations, result.status.valid, result.approach)
 
-
-@dataclass(frozen=True)
-class _SemiwearSession:
-    case: Case
-    solver: Callable[..., Any]
-
-    def solve(self, position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
-        problem = self.case.problems[position]
-        result = self.solver(
-            problem.gap,
-            cell=problem.cell,
-            effective_modulus=problem.effective_modulus,
-            load=problem.load,
-            start=start,
-            tolerance=tolerance,
-            max_iterations=MAX_ITERATIONS,
-        )
-        return Answer(result.pressure, result.iterations, result.status.valid, result.approach)
+        return solve
 
 
 class Tamaas:
@@ -122,7 +112,7 @@ class Tamaas:
         """Any case."""
         return True
 
-    def open(self, case: Case, approaches: Sequence[float]) -> Session:
+    def open(self, case: Case, approaches: Sequence[float]) -> Solve:
         """Make the model and its convolution."""
         import tamaas
 
@@ -131,28 +121,22 @@ class Tamaas:
         model = tamaas.Model(tamaas.model_type.basic_2d, list(first.size), list(case.points))
         model.E, model.nu = first.effective_modulus, 0.0
         tamaas.ModelFactory.registerNonPeriodic(model, "dcfft")
-        return _TamaasSession(case, tamaas, model)
 
+        def solve(position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
+            problem = case.problems[position]
+            if start is None:
+                model.traction[...] = 0.0
+            elif variant == "extrapolated":
+                model.traction[...] = start
+            surface = np.ascontiguousarray(-problem.gap)
+            solver = tamaas.PolonskyKeerRey(model, surface, tolerance)
+            solver.setIntegralOperator("dcfft")
+            solver.max_iter = MAX_ITERATIONS
+            error = solver.solve(problem.load / (problem.size[0] * problem.size[1]))
+            # tamaas does not say how many iterations it took
+            return Answer(np.array(model.traction), -1, error <= tolerance)
 
-@dataclass(frozen=True)
-class _TamaasSession:
-    case: Case
-    tamaas: Any
-    model: Any
-
-    def solve(self, position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
-        problem = self.case.problems[position]
-        if start is None:
-            self.model.traction[...] = 0.0
-        elif variant == "extrapolated":
-            self.model.traction[...] = start
-        surface = np.ascontiguousarray(-problem.gap)
-        solver = self.tamaas.PolonskyKeerRey(self.model, surface, tolerance)
-        solver.setIntegralOperator("dcfft")
-        solver.max_iter = MAX_ITERATIONS
-        error = solver.solve(problem.load / (problem.size[0] * problem.size[1]))
-        # tamaas does not say how many iterations it took
-        return Answer(np.array(self.model.traction), -1, error <= tolerance)
+        return solve
 
 
 class ContactMechanics:
@@ -174,7 +158,7 @@ class ContactMechanics:
         """Any case."""
         return True
 
-    def open(self, case: Case, approaches: Sequence[float]) -> Session:
+    def open(self, case: Case, approaches: Sequence[float]) -> Solve:
         """Make the free half-space, with its Green's function."""
         from ContactMechanics import FreeFFTElasticHalfSpace
         from ContactMechanics.Systems import NonSmoothContactSystem
@@ -184,53 +168,42 @@ class ContactMechanics:
         first = case.problems[0]
         substrate = FreeFFTElasticHalfSpace(case.points, first.effective_modulus, first.size)
 
-        def system(problem: GapProblem) -> Any:
-            return NonSmoothContactSystem(substrate, Topography(-problem.gap, problem.size))
+        def solve(position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
+            problem, approach = case.problems[position], approaches[position]
+            shape, load = problem.gap.shape, problem.load
+            mean = load / problem.gap.size
+            forces = np.full(shape, mean) if start is None else start * (load / start.sum())
+            system = NonSmoothContactSystem(substrate, Topography(-problem.gap, problem.size))
+            if variant == "Polonsky-Keer":
+                if start is not None:
+                    padded = np.zeros((2 * shape[0], 2 * shape[1]))
+                    padded[: shape[0], : shape[1]] = -forces
+                result = system.minimize_proxy(
+                    external_force=load,
+                    initial_forces=None if start is None else padded,
+                    pentol=tolerance * approach,
+                    forcetol=tolerance * load,
+                    thermotol=max(tolerance, 1e-12),
+                    maxiter=MAX_ITERATIONS,
+                )
+                return Answer(result.jac / problem.cell_area, result.nit, result.success, result.offset)
+            if variant == "restarted CG":
+                result = constrained_conjugate_gradients_with_restart(
+                    system.dual_objective(0.0, gradient=True),
+                    system.dual_hessian_product,
+                    x0=forces,
+                    gtol=tolerance * approach,
+                    mean_val=mean,
+                    maxiter=MAX_ITERATIONS,
+                )
+            else:
+                solver = "l-bfgs-b" if variant.startswith("L-BFGS-B") else "ccg-without-restart"
+                result = system.dual_minimize_proxy(
+                    approach, init_force=forces, solver=solver, gtol=tolerance * approach, maxiter=MAX_ITERATIONS
+                )
+            return Answer(result.x.reshape(shape) / problem.cell_area, result.nit, result.success)
 
-        return _ContactMechanicsSession(case, approaches, system, constrained_conjugate_gradients_with_restart)
-
-
-@dataclass(frozen=True)
-class _ContactMechanicsSession:
-    case: Case
-    approaches: Sequence[float]
-    system: Callable[[GapProblem], Any]
-    restarted: Callable[..., Any]
-
-    def solve(self, position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
-        problem, approach = self.case.problems[position], self.approaches[position]
-        shape, load = problem.gap.shape, problem.load
-        mean = load / problem.gap.size
-        forces = np.full(shape, mean) if start is None else start * (load / start.sum())
-        system = self.system(problem)
-        if variant == "Polonsky-Keer":
-            if start is not None:
-                padded = np.zeros((2 * shape[0], 2 * shape[1]))
-                padded[: shape[0], : shape[1]] = -forces
-            result = system.minimize_proxy(
-                external_force=load,
-                initial_forces=None if start is None else padded,
-                pentol=tolerance * approach,
-                forcetol=tolerance * load,
-                thermotol=max(tolerance, 1e-12),
-                maxiter=MAX_ITERATIONS,
-            )
-            return Answer(result.jac / problem.cell_area, result.nit, result.success, result.offset)
-        if variant == "restarted CG":
-            result = self.restarted(
-                system.dual_objective(0.0, gradient=True),
-                system.dual_hessian_product,
-                x0=forces,
-                gtol=tolerance * approach,
-                mean_val=mean,
-                maxiter=MAX_ITERATIONS,
-            )
-        else:
-            solver = "l-bfgs-b" if variant.startswith("L-BFGS-B") else "ccg-without-restart"
-            result = system.dual_minimize_proxy(
-                approach, init_force=forces, solver=solver, gtol=tolerance * approach, maxiter=MAX_ITERATIONS
-            )
-        return Answer(result.x.reshape(shape) / problem.cell_area, result.nit, result.success)
+        return solve
 
 
 class Aspher:
@@ -251,7 +224,7 @@ class Aspher:
         power = n % 16 == 0 and halved & (halved - 1) == 0
         return len(case.problems) == 1 and n == m and power and abs(cell[0] / cell[1] - 1) < 1e-12
 
-    def open(self, case: Case, approaches: Sequence[float]) -> Session:
+    def open(self, case: Case, approaches: Sequence[float]) -> Solve:
         """Make the solver on one grid."""
         import aspher
 
@@ -259,35 +232,29 @@ class Aspher:
         solver = aspher.ContactSolver(
             grid_size=case.points[0], domain_size=first.size[0], E_star=first.effective_modulus, backend="fft"
         )
-        return _AspherSession(case, aspher, solver)
 
+        def solve(position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
+            problem = case.problems[position]
+            gap, mean = problem.gap.ravel(), problem.load / (problem.size[0] * problem.size[1])
+            if variant == "one grid":
+                result = solver.solve(gap, mean, tol=tolerance, precond="fourier-fft")
+            else:
+                shipped = variant.endswith("shipped")
+                result = aspher.solve_nested(
+                    grid_size=problem.gap.shape[0],
+                    gap=gap,
+                    p_nominal=mean,
+                    domain_size=problem.size[0],
+                    E_star=problem.effective_modulus,
+                    coarsest=min(64, problem.gap.shape[0]) if shipped else 16,
+                    tol=tolerance,
+                    backend="fft",
+                    precond_engine="auto" if shipped else "fft",
+                    precision="float_then_double" if variant.endswith("double") else "double",
+                )
+            return Answer(np.array(result.pressure).reshape(problem.gap.shape), result.iterations, result.converged)
 
-@dataclass(frozen=True)
-class _AspherSession:
-    case: Case
-    aspher: Any
-    solver: Any
-
-    def solve(self, position: int, start: FloatArray | None, variant: str, tolerance: float) -> Answer:
-        problem = self.case.problems[position]
-        gap, mean = problem.gap.ravel(), problem.load / (problem.size[0] * problem.size[1])
-        if variant == "one grid":
-            result = self.solver.solve(gap, mean, tol=tolerance, precond="fourier-fft")
-        else:
-            shipped = variant.endswith("shipped")
-            result = self.aspher.solve_nested(
-                grid_size=problem.gap.shape[0],
-                gap=gap,
-                p_nominal=mean,
-                domain_size=problem.size[0],
-                E_star=problem.effective_modulus,
-                coarsest=min(64, problem.gap.shape[0]) if shipped else 16,
-                tol=tolerance,
-                backend="fft",
-                precond_engine="auto" if shipped else "fft",
-                precision="float_then_double" if variant.endswith("double") else "double",
-            )
-        return Answer(np.array(result.pressure).reshape(problem.gap.shape), result.iterations, result.converged)
+        return solve
 
 
 PEERS: tuple[Code, ...] = (Tamaas(), ContactMechanics(), Aspher())

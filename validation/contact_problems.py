@@ -9,11 +9,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.closed_forms.hertz import EllipticContact, elliptic_contact
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -174,6 +174,15 @@ def compute(case: str, scene: sw.Scene) -> xr.DataTree:
     return tree
 
 
+def recompute(cases: Sequence[str]) -> None:
+    """Renew stored results; all cases where none is named."""
+    scene = sw.load_scene(SCENE)
+    for case in cases or CASES:
+        started = time.perf_counter()
+        tree = compute(case, scene)
+        print(f"{case}: {store(case, tree, time.perf_counter() - started)}", flush=True)
+
+
 def worn_flank(scene: sw.Scene, *, anew: bool = False) -> xr.Dataset:
     """`/flank` as the core wears it to the last control depth; from the store unless `anew`."""
     if not anew:
@@ -313,10 +322,8 @@ def main() -> None:
     parser.add_argument("--march", action="store_true", help="also march a short stretch: 13 mesh positions")
     chosen = parser.parse_args()
     scene = sw.load_scene(SCENE)
-    for case in () if chosen.recompute is None else chosen.recompute or CASES:
-        started = time.perf_counter()
-        tree = compute(case, scene)
-        print(f"{case}: {store(case, tree, time.perf_counter() - started)}", flush=True)
+    if chosen.recompute is not None:
+        recompute(chosen.recompute)
     for case in stored() if chosen.cases is None else chosen.cases:
         for fidelity in chosen.fidelity:
             rows = compare(case, scene, fidelity)

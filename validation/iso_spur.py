@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, pi, radians, sin, sqrt
+from math import acos, cos, degrees, pi, radians, sin, sqrt
 
 import numpy as np
 
@@ -71,13 +71,7 @@ def iso_rows(scene: Scene) -> list[IsoRow]:
     contact = sw.tooth_contact_analysis(scene)
     ratio = float(contact["contact_ratio"])
     rows = [
-        IsoRow(
-            "working pressure angle",
-            "ISO 21771",
-            "deg",
-            np.degrees(working),
-            np.degrees(table.working_pressure_angle),
-        ),
+        IsoRow("working pressure angle", "ISO 21771", "deg", degrees(working), degrees(table.working_pressure_angle)),
         IsoRow("base pitch", "ISO 21771", "mm", pitch, pair.base_pitch),
         IsoRow("contact ratio, followed without the formula", "ISO 21771", "1", (recess + approach) / pitch, ratio),
     ]
@@ -105,25 +99,17 @@ def iso_rows(scene: Scene) -> list[IsoRow]:
     curvature = contact_points(pair, np.zeros(1)).curvature[0, 1]
     even = float(line_contact_pressure(np.array(force / width), curvature, physics.modulus))
     rows.append(IsoRow("pressure at the pitch point, even load", "ISO 6336-2", "MPa", nominal, even))
-    alone = sw.loaded_contact(scene.replace({"numerics.tooth_pairs": 1}), [0.0])["engagement"].to_dataset()
-    at_pitch = int(np.abs(alone["roll_position"].values).argmin())
-    solved = float(alone["contact_pressure_max"].values[0, at_pitch])
+    alone = sw.loaded_contact(scene.replace({"numerics.tooth_pairs": 1}), [0.0])
+    engagement = alone["engagement"].to_dataset()
+    at_pitch = int(np.abs(engagement["roll_position"].values).argmin())
+    solved = float(engagement["contact_pressure_max"].values[0, at_pitch])
     rows.append(IsoRow("the same, load along the face solved", "ISO 6336-2", "MPa", nominal, solved))
 
     # ISO 6336-1, method B: theoretical single stiffness, a fit to Weber and Banaschek
-    cycle = sw.loaded_contact(scene.replace({"numerics.tooth_pairs": 1}), [0.0])["mesh_cycle"].to_dataset()
-    deflection = -1e3 * float(cycle["transmission_error_loaded"].mean()) / pair.arcsec_per_mm
-    x = (table.pinion_profile_shift, table.gear_profile_shift)
-    stiffness = _single_stiffness(*z, *x)
-    rows.append(
-        IsoRow(
-            "single stiffness, to the bore and the rim",
-            "ISO 6336-1 B",
-            "N/(mm um)",
-            stiffness,
-            force / width / deflection,
-        )
-    )
+    deflection = -1e3 * float(alone["mesh_cycle"]["transmission_error_loaded"].mean()) / pair.arcsec_per_mm
+    stiffness = _single_stiffness(*z, table.pinion_profile_shift, table.gear_profile_shift)
+    found = force / width / deflection
+    rows.append(IsoRow("single stiffness, to the bore and the rim", "ISO 6336-1 B", "N/(mm um)", stiffness, found))
     return rows
 
 

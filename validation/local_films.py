@@ -72,7 +72,7 @@ class Mesh:
         base = [r * cos(angle) for r in reference]
         tips = [sqrt((r + self.module) ** 2 - b**2) for r, b in zip(reference, base, strict=True)]
         self.angle, self.base_helix = angle, asin(sin(helix) * cos(normal))
-        self.reference, self.base, self.tips = reference, base, tips
+        self.reference, self.tips = reference, tips
         self.pitch = 2.0 * pi * base[0] / self.teeth[0]
         self.action = (reference[0] + reference[1]) * sin(angle)
         self.ratio = self.teeth[1] / self.teeth[0]

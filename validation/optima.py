@@ -29,18 +29,17 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 import semiwear as sw
-from semiwear.optimise.designs import DOUBLED, OWN, Aim, Design, Designs
-from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.arrays import FloatArray
+from semiwear.optimise.designs import DOUBLED, OWN, Design, Designs
+from semiwear.optimise.run import plan_search
 from semiwear.optimise.space import space_of
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Status
 from semiwear.untyped import Table, Value
-
-FloatArray = NDArray[np.float64]
+from validation.charts import pareto
 
 _STORED = Path(__file__).parent / "data" / "optima.json"
 SAMPLES = 2048
@@ -142,13 +141,8 @@ class Case:
     def designs(self, workers: int = 0) -> Designs:
         """What the optimiser knows of the problem before it begins."""
         scene, vary = SPACES[self.space]
-        problems: list[sw.errors.Problem] = []
-        aims = [quantity_of("minimise", text, problems) for text in self.minimise]
-        limits = limits_of(self.subject_to, problems)
-        if problems:
-            raise sw.SceneError(problems, self.title)
-        known = tuple(Aim(quantity) for quantity in aims if quantity is not None)
-        return Designs(scene, space_of(scene, vary), known, limits, workers, lambda design: None)
+        planned = plan_search(scene, vary, self.minimise, subject_to=self.subject_to)
+        return Designs(scene, planned.space, planned.aims, planned.limits, workers, lambda design: None)
 
     def optimise(self) -> sw.Optimum:
         """Its best design, by the optimiser."""
@@ -215,11 +209,10 @@ def samples(name: str, folder: Path, workers: int) -> tuple[list[FloatArray], xr
 
 def _read(designs: Designs, place: FloatArray, sample: xr.Dataset) -> Design:
     """A sample of a sweep as a design on the grid of its scene."""
-    quantities = [*(aim.quantity for aim in designs.aims), *(limit.quantity for limit in designs.limits)]
     if int(sample["status"]) != Status.DONE:
         return Design(place, OWN, np.full(len(designs.aims), np.nan), np.full(len(designs.limits), np.nan))
     known = Measured(
-        {one.path: sample[one.variable.name].values for one in quantities}, {"body": sample["body"].values}
+        {one.path: sample[one.variable.name].values for one in designs.quantities}, {"body": sample["body"].values}
     )
     aims = [aim.value(known) for aim in designs.aims]
     limited = [one.quantity.value(known, low_is_good=one.at_most) for one in designs.limits]
@@ -259,12 +252,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
 
 def front_of(aims: FloatArray) -> FloatArray:
     """Those of some pairs (n, 2) that no other is better than in both."""
-    best, kept = np.inf, []
-    for pair in aims[np.lexsort(aims.T[::-1])]:
-        if pair[1] < best:
-            best = pair[1]
-            kept.append(pair)
-    return np.array(kept)
+    return aims[pareto(aims[:, 0], aims[:, 1])]
 
 
 def optimised(case: Case) -> Table:

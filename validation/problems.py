@@ -100,8 +100,6 @@ class WearProblem:
         The shipped scene that it changes.
     changes : mapping
         Fields of the scene.
-    worn_bodies : tuple of str
-        What wears; `marched` wear needs the gear alone.
     """
 
     name: str
@@ -114,11 +112,11 @@ class WearProblem:
         merged = dict(self.changes)
         for changes in more:
             merged |= changes
-        return sw.load_scene(self.base).replace(merged) if merged else sw.load_scene(self.base)
+        return sw.load_scene(self.base).replace(merged)
 
     @property
     def marches(self) -> bool:
-        """Whether `marched` wear can solve it."""
+        """Whether `marched` wear can solve it, which needs the gear worn alone."""
         wear = self.scene().wear
         return wear is not None and wear.worn_bodies == ("gear",)
 

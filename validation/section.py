@@ -19,7 +19,6 @@ class Section:
 
     Attributes
     ----------
-    title : str
     found : tuple of str
         Two or three sentences that say what was found, with numbers computed in this run.
     html : str
@@ -28,7 +27,6 @@ class Section:
         The numbers behind it, by name; every variable with `units` and `long_name`.
     """
 
-    title: str
     found: tuple[str, ...]
     html: str
     datasets: Mapping[str, xr.Dataset] = field(default_factory=dict)

@@ -10,13 +10,11 @@ from dataclasses import dataclass, field
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
 
 CATALAN = 0.915965594177219
 EXPLICIT_LIMIT = 16.0 * CATALAN / pi**2

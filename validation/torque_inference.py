@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-FloatArray = NDArray[np.float64]
+from semiwear.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import datetime
 import os
 import platform
-import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from importlib import metadata, resources
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 import xarray as xr
 
 from semiwear.report.markup import element, figure_text, table
+from semiwear.targets import replacing
 from validation.section import Built
 
 _STYLE = """
@@ -40,8 +40,6 @@ section > p { max-width: 75rem; }
 td.agree, td.disagree, td.not-compared { border-color: var(--line); font-weight: 650; }
 """
 
-Written = Callable[[Path], object]
-
 
 def write(parts: Sequence[Built], folder: Path, *, quick: bool) -> Path:
     """Write `validation.html`, `validation.nc` and one CSV a dataset into a folder.
@@ -59,24 +57,16 @@ def write(parts: Sequence[Built], folder: Path, *, quick: bool) -> Path:
         The page.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    tree = _tree(parts, quick)
-    _whole(folder / "validation.nc", tree.to_netcdf)
+    with replacing(folder / "validation.nc") as path:
+        _tree(parts, quick).to_netcdf(path)
     for part in parts:
         for name, data in part.section.datasets.items() if part.section else ():
-            _whole(folder / f"{part.plan.name}_{name}.csv", data.to_dataframe().to_csv)
+            with replacing(folder / f"{part.plan.name}_{name}.csv") as path:
+                data.to_dataframe().to_csv(path)
     target = folder / "validation.html"
-    _whole(target, lambda path: path.write_text(page(parts, quick=quick), encoding="utf-8"))
+    with replacing(target) as path:
+        path.write_text(page(parts, quick=quick), encoding="utf-8")
     return target
-
-
-def _whole(target: Path, written: Written) -> None:
-    """A file that is whole or absent."""
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
-    try:
-        written(temporary)
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _tree(parts: Sequence[Built], quick: bool) -> xr.DataTree:

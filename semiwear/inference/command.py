@@ -44,7 +44,7 @@ import numpy as np
 
 from semiwear.accuracy import simulate
 from semiwear.errors import Collected, Problem, SceneError, SemiwearError
-from semiwear.inference.lives import PosteriorLife
+from semiwear.inference.lives import PosteriorLife, scatter_problems
 from semiwear.inference.observations import (
     Observation,
     Reading,
@@ -55,11 +55,10 @@ from semiwear.inference.observations import (
 from semiwear.inference.page import write_posterior_report
 from semiwear.inference.posterior import Posterior
 from semiwear.inference.run import infer, plan_inference
-from semiwear.measured.life_spread import MOST_SCATTER
 from semiwear.plain_text import rows_of
 from semiwear.plot.style import styled
 from semiwear.scene.closest import closest
-from semiwear.scene.values import is_number, shown
+from semiwear.scene.values import shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import Study, flat_fields, read_study
@@ -185,9 +184,7 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
     }
     wrong = [fault for depth in _depths(read) for fault in _life_problems(read, depth, found.get("body", "gear"))]
     problems += [fault for k, fault in enumerate(wrong) if fault not in wrong[:k]]
-    scatter = found.get("k_scatter", 0.0)
-    if not is_number(scatter) or not 0.0 <= scatter <= MOST_SCATTER:
-        problems.append(Problem("k_scatter", shown(scatter), f"a fraction, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
+    problems += scatter_problems(found.get("k_scatter", 0.0))
     return found
 
 

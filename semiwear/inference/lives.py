@@ -175,10 +175,15 @@ def _slower(unknowns: Unknowns, values: FloatArray, draw: int) -> FloatArray:
     return np.asarray(speed[draw] / speed)
 
 
+def scatter_problems(k_scatter: Value) -> list[Problem]:
+    """The problem of a scatter of the wear coefficient that is out of range."""
+    if is_number(k_scatter) and 0.0 <= k_scatter <= MOST_SCATTER:
+        return []
+    return [Problem("k_scatter", shown(k_scatter), f"a fraction, 0 to {MOST_SCATTER:g}", "0.5 for 50 %")]
+
+
 def _require(k_scatter: Value, runs: Value) -> None:
-    problems = []
-    if not is_number(k_scatter) or not 0.0 <= k_scatter <= MOST_SCATTER:
-        problems.append(Problem("k_scatter", shown(k_scatter), f"a fraction, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
+    problems = scatter_problems(k_scatter)
     if not is_whole(runs) or not LEAST_RUNS <= runs <= _MOST_RUNS:
         problems.append(Problem("runs", shown(runs), f"a whole number, {LEAST_RUNS} to {_MOST_RUNS}", "32 is usual"))
     if problems:

@@ -17,7 +17,7 @@ from semiwear.inference.observations import Channel, Observation, channels_of
 from semiwear.inference.posterior import Posterior
 from semiwear.inference.sampling import Target, draw_posterior
 from semiwear.inference.unknowns import COEFFICIENT, Unknowns, unknowns_of
-from semiwear.scatter.distributions import Distribution, read_distribution
+from semiwear.scatter.distributions import Distribution
 from semiwear.scatter.run import Sampling, draw
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, is_whole, shown
@@ -181,9 +181,7 @@ def plan_inference(
         raise SceneError([*problems, *sampling.problems()], "infer")
     priors: dict[str, Distribution] = {}
     with Collected(problems):
-        draw(scene, unknown, sampling)
-        read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
-        priors = {key: prior for key, prior in read.items() if prior is not None}
+        priors, _ = draw(scene, unknown, sampling)
     wear = scene.wear
     if wear is None:  # measured wear cannot be read without a body that wears
         fix = "give wear.coefficient_mm2_per_N, a first guess"

@@ -16,7 +16,7 @@ from semiwear.optimise.space import Space
 from semiwear.scene import Scene
 from semiwear.scene.tables import MOST_PEAK_POSITIONS
 from semiwear.sweep.measure import Measure, Measured
-from semiwear.sweep.outcome import solve
+from semiwear.sweep.outcome import Outcome, solve
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task
 
@@ -72,9 +72,14 @@ class Design:
     message: str = ""
 
     @property
+    def values(self) -> FloatArray:
+        """Values of aims, then of limited quantities."""
+        return np.concatenate([self.aims, self.limited])
+
+    @property
     def solved(self) -> bool:
         """Whether all its values are known; a life without end is infinite."""
-        return not (np.isnan(self.aims).any() or np.isnan(self.limited).any())
+        return not np.isnan(self.values).any()
 
 
 @dataclass
@@ -123,19 +128,12 @@ class Designs:
         with Crew(self.workers if len(todo) > 1 else 0, helped=True) as crew:
             for outcome in crew.solve(todo):
                 _, key, point = tasks[outcome.key]
-                if outcome.status.has_numbers:
-                    self._add(key, self._read(point, resolution, outcome.measured))
-                else:
-                    self._add(key, self._failed(point, resolution, outcome.message))
+                self._add(key, self._read(point, resolution, outcome))
         return [self._known[self._key(point, resolution)] for point in points]
 
     def of_scene(self) -> Design:
         """Design of the scene as given, at its own resolution; it is not added to the designs that were tried."""
-        outcome = solve(Task("", self.scene, self._measure))
-        point = self.space.start(self.scene)
-        if not outcome.status.has_numbers:
-            return self._failed(point, OWN, outcome.message)
-        return self._read(point, OWN, outcome.measured)
+        return self._read(self.space.start(self.scene), OWN, solve(Task("", self.scene, self._measure)))
 
     def scene_of(self, point: FloatArray, resolution: str) -> Scene:
         """Scene of a design.
@@ -150,12 +148,12 @@ class Designs:
 
     def violation(self, design: Design, bounds: FloatArray) -> float:
         """Greatest excess over a limit, relative to the size of its bound; 0 if all limits are kept."""
-        if not design.solved:
-            return float("inf")
-        worst = 0.0
-        for limit, value, bound in zip(self.limits, design.limited, bounds, strict=True):
-            worst = max(worst, replace(limit, bound=float(bound)).excess(float(value)) / size_of(limit))
-        return worst
+        return float(self.excesses(design.limited, bounds).max(initial=0.0)) if design.solved else float("inf")
+
+    def excesses(self, limited: FloatArray, bounds: FloatArray) -> FloatArray:
+        """How far limited quantities (..., limits) lie beyond bounds, relative to the sizes of the limits."""
+        senses = np.array([1.0 if limit.at_most else -1.0 for limit in self.limits])
+        return np.asarray(senses * (limited - bounds) / np.array([size_of(limit) for limit in self.limits]))
 
     @property
     def bounds(self) -> FloatArray:
@@ -163,9 +161,18 @@ class Designs:
         return np.array([limit.bound for limit in self.limits])
 
     @property
+    def signs(self) -> FloatArray:
+        """1 for an aim that is minimised, -1 for one that is maximised, (aims,)."""
+        return np.array([1.0 if aim.minimise else -1.0 for aim in self.aims])
+
+    @property
+    def quantities(self) -> list[Quantity]:
+        """Quantities of the aims, then limited ones."""
+        return [*(aim.quantity for aim in self.aims), *(limit.quantity for limit in self.limits)]
+
+    @property
     def _measure(self) -> Measure:
-        quantities = [aim.quantity for aim in self.aims] + [limit.quantity for limit in self.limits]
-        return measure_of_quantities(quantities)
+        return measure_of_quantities(self.quantities)
 
     def _key(self, point: FloatArray, resolution: str) -> tuple[str, bytes]:
         return resolution, np.round(point, 12).tobytes()
@@ -175,14 +182,17 @@ class Designs:
         self.tried.append(design)
         self.on_solved(design)
 
-    def _read(self, point: FloatArray, resolution: str, measured: Measured) -> Design:
+    def _read(self, point: FloatArray, resolution: str, outcome: Outcome) -> Design:
+        if not outcome.status.has_numbers:
+            return self._failed(point, resolution, outcome.message)
+        measured = outcome.measured
         aims = np.array([aim.value(measured) for aim in self.aims])
         limited = np.array([limit.quantity.value(measured, low_is_good=limit.at_most) for limit in self.limits])
         design = Design(point.copy(), resolution, aims, limited)
         if design.solved:
             return design
-        names = [aim.quantity.text for aim, value in zip(self.aims, aims, strict=True) if np.isnan(value)]
-        names += [limit.quantity.text for limit, value in zip(self.limits, limited, strict=True) if np.isnan(value)]
+        judged = zip(self.quantities, design.values, strict=True)
+        names = [quantity.text for quantity, value in judged if np.isnan(value)]
         return replace(design, message=f"its result has no {', '.join(names)}")
 
     def _failed(self, point: FloatArray, resolution: str, message: str) -> Design:

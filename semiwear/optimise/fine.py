@@ -118,7 +118,7 @@ def _finely(designs: Designs, design: Design) -> _Fine:
 def _corrected(designs: Designs, goal: Goal, known: Sequence[_Fine]) -> Goal:
     """The goal with coarse values corrected to the fine grid, and with a margin on its limits."""
     fine, coarse = (
-        np.stack([np.concatenate([design.aims, design.limited]) for design in on_grid])
+        np.stack([design.values for design in on_grid])
         for on_grid in ([pair.doubled for pair in known], [pair.coarse for pair in known])
     )
     finite = np.isfinite(fine) & np.isfinite(coarse)

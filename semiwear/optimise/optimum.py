@@ -92,7 +92,7 @@ class Optimum:
         for change in self.told:
             quantity = change.quantity
             units = "" if quantity.units == "1" else f" {quantity.units}"
-            limit = "" if change.limit is None else f"{'<=' if change.limit.at_most else '>='} {change.limit.bound:g}"
+            limit = "" if change.limit is None else change.limit.condition
             values = f"{change.before:.4g}{units}", f"{change.best:.4g}{units}"
             rows.append((quantity.text, *values, _per_cent(change.error), limit))
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -133,12 +133,11 @@ def optimum_of(designs: Designs, found: list[Found]) -> Optimum:
     chosen = _nearest_to_both(designs, found)
     own, doubled = chosen.own, chosen.doubled
     before = designs.of_scene()
-    quantities = [aim.quantity for aim in designs.aims] + [limit.quantity for limit in designs.limits]
     limits: list[Limit | None] = [None] * len(designs.aims) + list(designs.limits)
-    values = [np.concatenate([design.aims, design.limited]) for design in (before, own, doubled)]
+    values = before.values, own.values, doubled.values
     changes = tuple(
         QuantityChange(quantity, float(was), float(now), float(fine), limit)
-        for quantity, was, now, fine, limit in zip(quantities, *values, limits, strict=True)
+        for quantity, was, now, fine, limit in zip(designs.quantities, *values, limits, strict=True)
     )
     unsolved = [f"{_AT_RESOLUTION[end.resolution]} ({end.message})" for end in (own, doubled) if not end.solved]
     return Optimum(
@@ -158,8 +157,7 @@ def _nearest_to_both(designs: Designs, found: list[Found]) -> Found:
     kept = [end for end in found if end.kept and end.own.solved] or found
     if len(kept) == 1 or len(designs.aims) == 1:
         return kept[0]
-    signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    values = finite_of(signs * np.stack([end.doubled.aims for end in kept]))
+    values = finite_of(designs.signs * np.stack([end.doubled.aims for end in kept]))
     spread = np.ptp(values, axis=0)
     scaled = (values - values.min(axis=0)) / np.where(spread > 0.0, spread, 1.0)
     return kept[int(np.argmin(np.hypot(*scaled.T)))]
@@ -175,11 +173,11 @@ def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
         )
         for k, field in enumerate(designs.space.fields)
     }
-    judged = [aim.quantity for aim in designs.aims] + [limit.quantity for limit in designs.limits]
-    values = np.array([[*design.aims, *design.limited] for design in tried]).reshape(len(tried), len(judged))
+    values = np.stack([design.values for design in tried], axis=1)
     names = columns_of(designs.aims, designs.limits)
     quantities = {
-        name: _column(quantity, column) for name, quantity, column in zip(names, judged, values.T, strict=True)
+        name: _column(quantity, column)
+        for name, quantity, column in zip(names, designs.quantities, values, strict=True)
     }
     feasible = np.array([designs.violation(design, designs.bounds) <= 0.0 for design in tried])
     status = {

@@ -78,7 +78,6 @@ def _summary(best: Optimum) -> str:
     fields = table("Fields", ["field", "best"], rows)
     lines = []
     for change in best.told:
-        limit = "" if change.limit is None else f"{'<=' if change.limit.at_most else '>='} {change.limit.bound:g}"
         known = change.before and np.isfinite([change.before, change.best]).all()
         relative = f"{change.best / change.before - 1.0:+.1%}" if known else NONE
         name, units = change.quantity.text, unit_text(change.quantity.units) or NONE
@@ -89,7 +88,7 @@ def _summary(best: Optimum) -> str:
             figure_text(change.best),
             relative,
             f"{change.error:.1%}" if np.isfinite(change.error) else NONE,
-            limit or NONE,
+            NONE if change.limit is None else change.limit.condition,
         ]
         lines.append(cells)
     heads = ["quantity", "unit", "before", "best", "change", "error", "limit"]

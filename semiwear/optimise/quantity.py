@@ -10,6 +10,7 @@ from math import isfinite
 import numpy as np
 
 from semiwear.errors import Problem
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.optimise.space import scene_value
 from semiwear.results import VARIABLES, Variable
 from semiwear.scene import Scene
@@ -20,7 +21,6 @@ from semiwear.sweep.measure import Measure, Measured
 
 _GROUPS = ("history", "life")
 _TIMES = ("end", "unworn", "worst")
-_BODIES = ("pinion", "gear")
 _STEPS = "wear_step"
 _TEXT = re.compile(r"\s*(?P<name>\w+)\s*(\[(?P<which>[\w\s,]*)\])?\s*")
 _LIMIT = re.compile(
@@ -104,13 +104,14 @@ class Limit:
     bound: float
     at_most: bool
 
+    @property
+    def condition(self) -> str:
+        """Sign and bound, e.g. ``"<= 2.5"``."""
+        return f"{'<=' if self.at_most else '>='} {self.bound:g}"
+
     def __str__(self) -> str:
         units = "" if self.quantity.units == "1" else f" {self.quantity.units}"
-        return f"{self.quantity.text} {'<=' if self.at_most else '>='} {self.bound:g}{units}"
-
-    def excess(self, value: float) -> float:
-        """How far a value lies beyond the limit; negative within it."""
-        return value - self.bound if self.at_most else self.bound - value
+        return f"{self.quantity.text} {self.condition}{units}"
 
 
 def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity | None:
@@ -129,10 +130,10 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
         problems.append(Problem(field, shown(name), "a variable of /history or /life", fix))
         return None
     entry = known[name]
-    unknown = [word for word in words if word not in (*_TIMES, *_BODIES)]
-    bodies, times = [word for word in words if word in _BODIES], [word for word in words if word in _TIMES]
+    unknown = [word for word in words if word not in (*_TIMES, *BODIES)]
+    bodies, times = [word for word in words if word in BODIES], [word for word in words if word in _TIMES]
     if unknown or len(bodies) > 1 or len(times) > 1:
-        allowed = f"one of {', '.join(_TIMES)} and one of {', '.join(_BODIES)} in the brackets"
+        allowed = f"one of {', '.join(_TIMES)} and one of {', '.join(BODIES)} in the brackets"
         problems.append(Problem(field, shown(text), allowed, f"write {name}[pinion, worst], or {name} alone"))
         return None
     if (bodies and "body" not in entry.dims) or (times and _STEPS not in entry.dims):

@@ -206,8 +206,7 @@ def _front(designs: Designs, most: int) -> list[Found]:
     ends = [search_finely(designs, Goal(aim, designs.bounds), remaining) for aim in range(len(designs.aims))]
     if len(designs.aims) == 1:
         return ends
-    sign = 1.0 if designs.aims[1].minimise else -1.0
-    first, second = (sign * float(end.doubled.aims[1]) for end in ends)
+    first, second = (float(designs.signs[1] * end.doubled.aims[1]) for end in ends)
     between = []
     # no bounds can be set between the ends if one is not solved or is a life without end
     fractions = np.arange(1, _FRONT + 1) / (_FRONT + 1) if np.isfinite([first, second]).all() else ()
@@ -222,12 +221,11 @@ def _undominated(designs: Designs, found: list[Found]) -> list[Found]:
 
     Domination is judged first on the finer grid, then on the grid of the scene, whose values are reported.
     """
-    signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
     kept = [end for end in found if end.kept] or [end for end in found if end.doubled.solved] or found
     kept = [end for end in kept if end.own.solved] or kept
     chosen = list({end.own.point.tobytes(): end for end in kept}.values())
     for name in ("doubled", "own"):
-        values = signs * np.stack([getattr(end, name).aims for end in chosen])
+        values = designs.signs * np.stack([getattr(end, name).aims for end in chosen])
         dominated = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
         chosen = [end for end, is_dominated in zip(chosen, dominated, strict=True) if not is_dominated]
     return chosen

@@ -20,7 +20,7 @@ from scipy.stats import qmc
 
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.optimise.correction import Correction
-from semiwear.optimise.designs import COARSE, DOUBLED, Design, Designs, size_of
+from semiwear.optimise.designs import COARSE, DOUBLED, Design, Designs
 from semiwear.optimise.space import Space
 from semiwear.optimise.surrogate import Surrogate, inputs_of
 
@@ -225,18 +225,12 @@ def values_of(designs: Designs, goal: Goal, tried: Sequence[Design]) -> FloatArr
     The correction of the goal is applied. Values are infinite for a design that could not be solved; a life without
     end is -inf if it is maximised.
     """
-    aims, limited = (
-        np.array([getattr(design, name) for design in tried]).reshape(len(tried), len(judged))
-        for name, judged in (("aims", designs.aims), ("limited", designs.limits))
-    )
+    judged = np.array([design.values for design in tried]).reshape(len(tried), len(designs.quantities))
     if goal.correction is not None and len(tried):
-        errors = goal.correction.at(np.stack([design.point for design in tried]))
-        aims, limited = aims + errors[:, : len(designs.aims)], limited + errors[:, len(designs.aims) :]
-    signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    senses = np.array([1.0 if limit.at_most else -1.0 for limit in designs.limits])
-    sizes = np.array([size_of(limit) for limit in designs.limits])
-    columns = [(signs * aims)[:, goal.aim, None], senses * (limited - goal.bounds) / sizes]
+        judged = judged + goal.correction.at(np.stack([design.point for design in tried]))
+    aims, limited = designs.signs * judged[:, : len(designs.aims)], judged[:, len(designs.aims) :]
+    columns = [aims[:, goal.aim, None], designs.excesses(limited, goal.bounds)]
     if goal.other is not None:
-        columns.append(((signs * aims)[:, 1 - goal.aim, None] - goal.other) / (abs(goal.other) or 1.0))
+        columns.append((aims[:, 1 - goal.aim, None] - goal.other) / (abs(goal.other) or 1.0))
     values = np.hstack(columns)
     return np.where(np.isnan(values).any(axis=1, keepdims=True), np.inf, values)

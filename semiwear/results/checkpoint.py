@@ -20,7 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from semiwear.errors import ResultFileError
-from semiwear.results.files import sync_folder
+from semiwear.results.files import write_synced
 from semiwear.results.run_identity import differences
 
 try:
@@ -275,13 +275,7 @@ def _locked(folder: Path) -> Iterator[int]:
 
 
 def _write(file: Path, content: bytes) -> None:
-    beside = file.with_name(f"{file.name}{_WRITTEN}")
-    with beside.open("wb") as opened:
-        opened.write(content)
-        opened.flush()
-        os.fsync(opened.fileno())
-    os.replace(beside, file)
-    sync_folder(file.parent)
+    write_synced(file, file.with_name(f"{file.name}{_WRITTEN}"), content)
 
 
 def _file_of(folder: Path, k: int) -> Path:

@@ -90,6 +90,16 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
     sync_folder(target.parent)
 
 
+def write_synced(file: Path, part: Path, content: bytes) -> None:
+    """Write a file by way of a part beside it, whole or not at all; it is on the disk when this returns."""
+    with part.open("wb") as opened:
+        opened.write(content)
+        opened.flush()
+        os.fsync(opened.fileno())
+    os.replace(part, file)
+    sync_folder(file.parent)
+
+
 def sync_folder(folder: Path) -> None:
     """Write the names in a folder to the disk, if the system can: a renamed file then survives a power cut."""
     with suppress(OSError):

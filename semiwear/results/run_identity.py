@@ -41,10 +41,15 @@ def run_identity(scene_toml: str) -> dict[str, str]:
     dict of str to str
         The scene, versions, and digests of the code and of the files that the scene names.
     """
-    found = {_SCENE: scene_toml, "semiwear": version(), "semiwear's code": _code_digest()}
-    found |= {library: metadata.version(library) for library in _LIBRARIES}
     digests = file_digests(tomllib.loads(scene_toml))
-    return found | {f"content of {path}": digest[:16] for path, digest in digests.items()}
+    contents = {f"content of {path}": digest[:16] for path, digest in digests.items()}
+    return {_SCENE: scene_toml} | code_identity() | contents
+
+
+def code_identity() -> dict[str, str]:
+    """Versions on which every run depends: package, code, and the libraries that decide the last bits."""
+    found = {"semiwear": version(), "semiwear's code": _code_digest()}
+    return found | {library: metadata.version(library) for library in _LIBRARIES}
 
 
 def differences(kept: Mapping[str, str], now: Mapping[str, str], finished: int) -> list[str]:
@@ -60,12 +65,19 @@ def differences(kept: Mapping[str, str], now: Mapping[str, str], finished: int) 
     finished : int
         Wear steps that are kept.
     """
+    then, here = ({name: value for name, value in own.items() if name != _SCENE} for own in (kept, now))
     lines = _scene_differences(kept.get(_SCENE, ""), now[_SCENE], finished)
-    for name in [*now, *(name for name in kept if name not in now)]:
-        then, here = kept.get(name, "absent"), now.get(name, "absent")
-        if name != _SCENE and then != here:
-            lines.append(f"{name}: {then} in the checkpoint, {here} now")
-    return lines
+    return lines + changed_entries(then, here, "checkpoint")
+
+
+def changed_entries(then: Mapping[str, str], now: Mapping[str, str], place: str) -> list[str]:
+    """Lines on entries that are not as they are kept in a place."""
+    names = [*now, *(name for name in then if name not in now)]
+    return [
+        f"{name}: {then.get(name, 'absent')} in the {place}, {now.get(name, 'absent')} now"
+        for name in names
+        if then.get(name) != now.get(name)
+    ]
 
 
 def _scene_differences(kept: str, now: str, finished: int) -> list[str]:

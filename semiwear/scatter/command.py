@@ -88,7 +88,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
         lines = [_in_words(reached, k) for k in range(len(before))]
         return Ended(found.samples, _whole(found, reached), "\n".join([str(found), *lines]), _sections(found, lines))
 
-    return Prepared(study, ready.job, ended)
+    return Prepared(ready.job, ended)
 
 
 def _fields(raw: Value, problems: list[Problem]) -> Table:
@@ -155,11 +155,7 @@ def _sections(scatter: Scatter, probabilities: list[str]) -> list[tuple[str, str
 
 
 def _varying(scatter: Scatter) -> list[str]:
-    names = []
-    for name in scatter.quantities:
-        values = scatter.values(name)
-        if varies(values, 1e-9):
-            names.append(name)
+    names = [name for name in scatter.quantities if varies(scatter.values(name), 1e-9)]
     main = list(QUANTITIES)
     return sorted(names, key=lambda name: main.index(name.split()[0]) if name.split()[0] in main else len(main))
 
@@ -203,7 +199,7 @@ def _histograms(scatter: Scatter) -> str:
             ax.set(xlabel=f"{name} ({units})" if units else name, ylabel="Samples")
 
         figures.append(_figure(draw_on, f"Distribution of {name}", "Lines: 10, 50 and 90 % fall short of it."))
-    return f'<div class="cards small">{"".join(figures)}</div>'
+    return _cards(figures)
 
 
 def _convergence(scatter: Scatter) -> str:
@@ -224,7 +220,7 @@ def _convergence(scatter: Scatter) -> str:
 
         caption = f"{100 * SHARES[0]:.0f} % fall short of it, with its interval."
         figures.append(_figure(draw_on, f"Quantile of {name}", caption))
-    return f'<div class="cards small">{"".join(figures)}</div>'
+    return _cards(figures)
 
 
 def _settling_indices(scatter: Scatter) -> str:
@@ -245,7 +241,7 @@ def _settling_indices(scatter: Scatter) -> str:
 
         caption = "Total Sobol' indices with their intervals."
         figures.append(_figure(draw_on, f"What {name} depends on, from ever more samples", caption))
-    return f'<div class="cards small">{"".join(figures)}</div>'
+    return _cards(figures)
 
 
 def _tornado(scatter: Scatter) -> str:
@@ -267,6 +263,10 @@ def _tornado(scatter: Scatter) -> str:
             ax.legend()
 
         figures.append(_figure(draw_on, f"What {name} depends on", "Sobol' indices with their intervals."))
+    return _cards(figures)
+
+
+def _cards(figures: list[str]) -> str:
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 

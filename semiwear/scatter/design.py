@@ -41,11 +41,6 @@ class Design:
     count: int
     paired: bool
 
-    @property
-    def independent(self) -> int:
-        """Number of samples that follow the distributions, independent of each other."""
-        return self.count * (2 if self.paired else 1)
-
 
 def design(
     distributions: Sequence[Distribution], count: int, seed: int, *, matrix: FloatArray | None = None, paired: bool

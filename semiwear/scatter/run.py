@@ -228,12 +228,12 @@ def read_scatter(
         Emulation is requested without scikit-learn.
     """
     problems: list[Problem] = []
-    drawn = None
+    read, drawn = dict[str, Distribution](), None
     if scene is None:
         problems += sampling.problems()
     else:
         with Collected(problems):
-            drawn = draw(scene, distributions, sampling)
+            read, drawn = draw(scene, distributions, sampling)
         problems += wear_problems(scene)
     with Collected(problems):
         measure_of(measure, "last")
@@ -246,7 +246,6 @@ def read_scatter(
         count = first_solved(len(fields), drawn.count)
     table = _table(drawn, fields, count)
     job = read_job(scene, table, measure=measure, wear_states="last", combine="zip", crew=crew)
-    read = {key: own for key, raw in distributions.items() if (own := read_distribution(key, raw, scene, []))}
     return ScatterJob(scene, read, sampling, drawn, job)
 
 
@@ -255,8 +254,10 @@ def _table(drawn: Design, fields: Sequence[str], count: int) -> dict[str, list[f
     return {field: drawn.values[:count, k].tolist() for k, field in enumerate(fields)}
 
 
-def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Sampling) -> Design:
-    """The samples of fields.
+def draw(
+    scene: Scene, distributions: Mapping[str, Distribution], sampling: Sampling
+) -> tuple[dict[str, Distribution], Design]:
+    """The distributions of fields, and their samples.
 
     Raises
     ------
@@ -286,7 +287,7 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
     problems += _out_of_range(scene, known, found)
     if problems:
         raise SceneError(problems, "scatter")
-    return found
+    return known, found
 
 
 def _out_of_range(scene: Scene, known: Mapping[str, Distribution], found: Design) -> list[Problem]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -123,10 +123,9 @@ class Scatter:
         name = next((name for name in _ENDS if name in self.quantities), "meshes")
         missing = Estimate(np.nan, np.nan, np.nan)  # if every sample failed
         found = [self.probability(name, below=bound) if self.quantities else missing for bound in meshes]
-        names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
-        data = {
-            name: ("before_meshes", [getattr(estimate, part) for estimate in found]) for name, part in names.items()
-        }
+        columns = np.reshape([astuple(estimate) for estimate in found], (len(found), len(_PARTS))).T
+        names = ("probability", "probability_low", "probability_high")
+        data = {name: ("before_meshes", column) for name, column in zip(names, columns, strict=True)}
         ends = _ENDS.get(name, "the run ends")
         return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
 
@@ -136,15 +135,10 @@ class Scatter:
         `shares` are the fractions below the quantiles, as of `quantile`.
         """
         names = list(self.quantities)
-        found = [[self.quantile(name, share) for share in shares] for name in names]
-        dims = ("quantity", "share")
-        shape = len(names), len(shares)
-        parts = {
-            part: (dims, np.reshape([[getattr(estimate, part) for estimate in row] for row in found], shape))
-            for part in _PARTS
-        }
+        every = [[astuple(self.quantile(name, share)) for share in shares] for name in names]
+        found = np.reshape(every, (len(names), len(shares), len(_PARTS)))
         data = xr.Dataset(
-            parts,
+            {part: (("quantity", "share"), found[..., k]) for k, part in enumerate(_PARTS)},
             {
                 "quantity": np.array(names, dtype=np.str_),
                 "share": list(shares),
@@ -170,7 +164,7 @@ class Scatter:
                 for j, share in enumerate(shares):
                     if values.size:
                         estimate = self._widened(name, quantile(values, share, self.confidence))
-                        found[i, j, k] = [getattr(estimate, part) for part in _PARTS]
+                        found[i, j, k] = astuple(estimate)
         dims = ("quantity", "share", "samples_drawn")
         parts = {part: (dims, found[..., k]) for k, part in enumerate(_PARTS)}
         return xr.Dataset(parts, {"quantity": names, "share": list(shares), "samples_drawn": drawn})
@@ -268,7 +262,7 @@ def end_text(value: float, values: np.ndarray, text: Callable[[float], str]) -> 
     return "without end" if value > 0.0 and np.isinf(values).any() else "too few samples"
 
 
-_PARTS = ("value", "low", "high")
+_PARTS = ("value", "low", "high")  # of an `Estimate`, in its order
 _NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
 
 

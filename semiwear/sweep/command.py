@@ -78,14 +78,12 @@ class Prepared:
 
     Attributes
     ----------
-    study : Study
     job : Job
         Scenes that are solved in any case.
     ended : callable
         From a function that solves a sweep to the solved study.
     """
 
-    study: Study
     job: Job
     ended: Callable[[Callable[[Job], xr.Dataset]], Ended]
 
@@ -115,7 +113,7 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
         found = solve(job)
         return Ended(found, found)
 
-    return Prepared(study, job, ended)
+    return Prepared(job, ended)
 
 
 def run_study(

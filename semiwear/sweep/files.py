@@ -61,20 +61,18 @@ def write_sweep(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder {target.parent} for {target.name}")
     part = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
+    old = part.with_name(f"{part.name}.old")
     try:
         with naming(target):
             if target.suffix.casefold() == _ZARR:
                 _to_zarr(dataset, part)
-                if target.exists():
-                    old = part.with_name(f"{part.name}.old")
+                if target.exists():  # a folder takes no other's place
                     os.replace(target, old)
-                    os.replace(part, target)
-                    shutil.rmtree(old)
-                else:
-                    os.replace(part, target)
             else:
                 dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4")
-                os.replace(part, target)
+            os.replace(part, target)
+            if old.exists():
+                shutil.rmtree(old)
         sync_folder(target.parent)
     finally:
         if part.is_dir():

@@ -13,17 +13,16 @@ import json
 import os
 import time
 import uuid
-from collections.abc import Mapping
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from semiwear.errors import ResultFileError
-from semiwear.results.files import sync_folder
-from semiwear.results.run_identity import run_identity
+from semiwear.results.files import write_synced
+from semiwear.results.run_identity import changed_entries, code_identity
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
 
@@ -90,10 +89,8 @@ class FileStore:
             ) from error
 
 
-@lru_cache(maxsize=1)
-def identity() -> dict[str, str]:
-    """Versions on which a solved scene depends: package, code, and the libraries that decide the last bits."""
-    return {name: value for name, value in run_identity("").items() if name != "scene"}
+identity = cache(code_identity)
+"""Versions on which a solved scene depends, found once in a process."""
 
 
 def open_store(path: str | os.PathLike[str] | None) -> Store:
@@ -149,19 +146,10 @@ def _require_same(folder: Path) -> None:
     except (ValueError, KeyError, TypeError) as error:
         raise ResultFileError(f"{folder}: damaged, {_HEAD} does not say what wrote it; {_REMEDY}") from error
     changed = [] if version == _VERSION else [f"layout: {version} in the store, {_VERSION} now"]
-    changed += _differences(versions, identity())
+    changed += changed_entries(versions, identity(), "store")
     if changed:
         listed = "\n".join(f"  {k + 1}. {line}" for k, line in enumerate(changed))
         raise ResultFileError(f"{folder}: its scenes were solved by another version\n{listed}\n{_REMEDY}")
-
-
-def _differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    names = [*now, *(name for name in then if name not in now)]
-    return [
-        f"{name}: {then.get(name, 'absent')} in the store, {now.get(name, 'absent')} now"
-        for name in names
-        if then.get(name) != now.get(name)
-    ]
 
 
 def _write(file: Path, content: bytes) -> None:
@@ -174,14 +162,9 @@ def _write(file: Path, content: bytes) -> None:
 def _write_once(file: Path, content: bytes) -> None:
     part = file.with_name(f"{file.name}.{uuid.uuid4().hex}{_PART}")
     try:
-        with part.open("wb") as opened:
-            opened.write(content)
-            opened.flush()
-            os.fsync(opened.fileno())
-        os.replace(part, file)
+        write_synced(file, part, content)
     finally:
         part.unlink(missing_ok=True)
-    sync_folder(file.parent)
 
 
 def _packed(outcome: Outcome) -> bytes:

@@ -29,9 +29,6 @@ if TYPE_CHECKING:
 COMBINATIONS = ("grid", "zip")
 SAMPLE = "sample"
 
-Varied = "Mapping[str, Sequence[object]] | DataFrame"
-"""Lists of values by dotted key, or a table with a column for each field and a row for each scene."""
-
 _MOST_SHOWN = 20
 _GIVE_LIST = "a list of one or more values"
 

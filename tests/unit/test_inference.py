@@ -383,12 +383,18 @@ file = "curve.csv"
 """
 
 
-def test_a_study_file(solved, short, unseen, tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The folder of a study, with its scene; paths begin there."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
-    (tmp_path / "study.toml").write_text(STUDY)
+    return tmp_path
+
+
+def test_a_study_file(solved, short, unseen, folder, capsys):
+    (folder / "study.toml").write_text(STUDY)
     lines = [f"{x},{4.4 * np.sin(2 * np.pi * x)},0.1" for x in (0.0, 0.25, 0.5, 0.75)]
-    (tmp_path / "curve.csv").write_text("\n".join(["mesh_position,error_arcsec,uncertainty_arcsec", *lines]))
+    (folder / "curve.csv").write_text("\n".join(["mesh_position,error_arcsec,uncertainty_arcsec", *lines]))
     assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--report", "page.html"]) == 0
     told = capsys.readouterr().out
     assert "cannot be distinguished" in told and "page.html" in told
@@ -396,17 +402,15 @@ def test_a_study_file(solved, short, unseen, tmp_path, monkeypatch, capsys):
         assert draws["pinion_torque_Nm"].attrs["field"] == TORQUE and draws.sizes["draw"] > 1000
         axes = posterior_corner(draws)
         assert len(axes) == 4 and not axes[1].get_visible()
-    page = (tmp_path / "page.html").read_text()
+    page = (folder / "page.html").read_text()
     for part in ("Undetermined fields", "Transmission error at 4 mesh positions", "scene SHA-256"):
         assert part in page
 
 
-def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+def test_a_study_file_tells_all_its_problems(solved, folder, capsys):
     bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "life_um = [0]\nscene =", 1)
     bad = bad.replace(TORQUE, "operation.pinion_torq", 1)
-    (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
+    (folder / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
     assert main(["infer", "study.toml", "-o", "draws.txt", "--report", "away/page.html"]) == 2
     told = capsys.readouterr().err
     for part in (
@@ -473,14 +477,13 @@ HEAD = "face_mm,height_mm,depth_um,error_um\n"
 
 
 @pytest.fixture
-def told_of(tmp_path, monkeypatch, capsys):
+def told_of(folder, capsys):
     """What is said of a study file that is refused."""
-    monkeypatch.chdir(tmp_path)
 
     def told(study: str, csv: bytes = b"", scene: sw.Scene = SCENE) -> str:
-        (tmp_path / "scene.toml").write_text(scene.to_toml())
-        (tmp_path / "points.csv").write_bytes(csv)
-        (tmp_path / "study.toml").write_text(study)
+        (folder / "scene.toml").write_text(scene.to_toml())
+        (folder / "points.csv").write_bytes(csv)
+        (folder / "study.toml").write_text(study)
         assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0"]) == 2
         return capsys.readouterr().err
 
@@ -574,11 +577,9 @@ def test_no_body_is_asked_for_without_a_life(solved, told_of, capsys):
     assert "allowed: a table [wear]" in told and "life_body" not in told
 
 
-def test_draws_are_written_before_a_life_fails(solved, short, tmp_path, monkeypatch, capsys):
+def test_draws_are_written_before_a_life_fails(solved, short, folder, monkeypatch, capsys):
     """A depth within its range that the flank cannot be worn to."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
-    (tmp_path / "study.toml").write_text(ALONE.replace("TOP", "life_um = [9000]"))
+    (folder / "study.toml").write_text(ALONE.replace("TOP", "life_um = [9000]"))
 
     def life(task):
         raise ConvergenceError("too deep")
@@ -591,9 +592,7 @@ def test_draws_are_written_before_a_life_fails(solved, short, tmp_path, monkeypa
         assert draws.sizes["draw"] > 1000
 
 
-def test_a_stopped_inference_says_which_runs_are_kept(solved, short, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+def test_a_stopped_inference_says_which_runs_are_kept(solved, short, folder, monkeypatch, capsys):
     simulate = outcome.simulate
 
     def stopping(scene):
@@ -604,7 +603,7 @@ def test_a_stopped_inference_says_which_runs_are_kept(solved, short, tmp_path, m
     monkeypatch.setattr(outcome, "simulate", stopping)
     torque = f'{TORQUE} = {{distribution = "uniform", low = 1500, high = 1700}}'
     study = ALONE.replace("TOP", "").replace("[[reading]]", f"{torque}\n[[reading]]")
-    (tmp_path / "study.toml").write_text(study)
+    (folder / "study.toml").write_text(study)
     assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 130
     assert "; 5 solved scenes are kept in runs, the same command continues from them" in capsys.readouterr().err
     monkeypatch.setattr(outcome, "simulate", simulate)

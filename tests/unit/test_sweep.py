@@ -27,7 +27,7 @@ from semiwear.sweep.scenes import Task, geometry_of, scenes_of, shared_by
 from semiwear.sweep.shares import Shares
 from semiwear.sweep.store import open_store
 from semiwear.sweep.variation import read_variation
-from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
+from tests.scenes import SHIPPED, TINY, UNTIL_MESHES, Heard
 from tests.strategies.ratings import RATED
 from tests.strategies.results import synthetic_tree
 
@@ -402,19 +402,12 @@ def test_other_measures_are_other_entries(solved, tmp_path):
 
 
 def test_progress_counts_scenes(solved, tmp_path):
-    class Heard:
-        def __init__(self):
-            self.told = []
-
-        def step(self, done, total, text):
-            self.told.append((done, total, text))
-
     heard = Heard()
     sweep({TORQUE: [800, 1300], K: [1e-13, 2e-13]}, progress=heard, store=tmp_path / "kept")
-    assert heard.told == [(0, 4, ""), (2, 4, ""), (4, 4, "2 failed")]
+    assert heard.steps == [(0, 4, ""), (2, 4, ""), (4, 4, "2 failed")]
     again = Heard()
     sweep({TORQUE: [800, 1300], K: [1e-13, 2e-13]}, progress=again, store=tmp_path / "kept")
-    assert again.told == [(4, 4, "2 failed")]
+    assert again.steps == [(4, 4, "2 failed")]
     sweep({TORQUE: [800]}, progress=True)
 
 

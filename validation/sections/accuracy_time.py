@@ -14,7 +14,7 @@ from semiwear.errors import SemiwearError
 from semiwear.report.markup import figure_text, table
 from validation import finite_elements as store
 from validation.accuracy_time import Asked, Point, asked_for, cold_seconds, cost_of_a_digit, points_of
-from validation.charts import COLOURS, MARKERS, Draw, card, cards, pareto, plain_log
+from validation.charts import COLOURS, MARKERS, Draw, card, cards, legend_above, pareto, plain_log
 from validation.error_time import BEFORE, stored
 from validation.problems import Figure, Problems, wear_problem
 from validation.progress import Progress
@@ -64,7 +64,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             failures += not_solved
             if method.name == "line" and reference is not None:
                 references[problem.name] = reference
-    asked = []
+    asked: list[Asked] = []
     with_reference = [problem for problem in problems.wear if problem.name in references]
     for problem in with_reference[:1] if quick else with_reference:
         accuracies = ACCURACIES[:1] if quick else ACCURACIES
@@ -73,7 +73,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         for accuracy in accuracies:
             progress.note(f"{problem.name}, accuracy {accuracy:g} asked for")
             try:
-                asked += list(asked_for(problem, references[problem.name], [accuracy]))
+                asked.append(asked_for(problem, references[problem.name], accuracy))
             except SemiwearError as error:
                 failures.append(f"{problem.name}, accuracy {accuracy:g} asked for: {error}")
     progress.note("a new process")
@@ -110,7 +110,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             "simulate": ([one[1] for one in cold.values()], "s", "main job of the shipped scene"),
         },
     )
-    return Section(TITLE, _found(points, asked), html, data)
+    return Section(_found(points, asked), html, data)
 
 
 # ---- words
@@ -202,7 +202,7 @@ def _error_over_time(points: Sequence[Point], figure: Figure, elements: FiniteEl
         plain_log(ax.yaxis, percent=True)
         ax.set_xlabel("Processor time, warm (s)")
         ax.set_ylabel(f"Error of {figure.name}")
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+        legend_above(ax)
 
     return draw
 

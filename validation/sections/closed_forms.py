@@ -15,7 +15,7 @@ from semiwear.plan import plan
 from semiwear.report.markup import figure_text, table
 from semiwear.wear.archard import wear_per_mesh
 from semiwear.wear.swept_line import wear_of_mesh, worn_sweep
-from validation.charts import COLOURS, MARKERS, card, cards, plain_log
+from validation.charts import COLOURS, MARKERS, card, cards, legend_above, plain_log
 from validation.iso_spur import IsoRow, iso_rows
 from validation.problems import BlockOnRing, Problems
 from validation.progress import Progress
@@ -63,7 +63,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             },
         ),
     }
-    return Section(TITLE, _found(problems.block_on_ring, hertz, swept, runs, iso), html, data)
+    return Section(_found(problems.block_on_ring, hertz, swept, runs, iso), html, data)
 
 
 def _found(
@@ -132,7 +132,7 @@ def _hertz_html(data: xr.Dataset) -> str:
         plain_log(ax.xaxis)
         ax.set_xlabel("Cells each way")
         ax.set_ylabel("Error against Hertz")
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+        legend_above(ax)
 
     rows = [
         (

@@ -68,7 +68,7 @@ def build(_: Problems, quick: bool, progress: Progress) -> Section:
             "local": ([one.local for one in rated], "1", "least safety of the unworn flanks"),
         },
     )
-    return Section(TITLE, found, html + cards(drawn), {"safeties": data})
+    return Section(found, html + cards(drawn), {"safeties": data})
 
 
 def _stresses(quick: bool, progress: Progress) -> list[Rated]:

@@ -74,7 +74,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
     cases = read_cases(scene, ("line",) if quick else ("line", "patch"), progress)
     read = [case for case in cases if case.tree is not None]
     html = _provenance(cases) + _comparison(read) + cards(_charts(read))
-    return Section(TITLE, _found(cases), html, {"rows": _rows_data(read), "stored": _stored_data(cases)})
+    return Section(_found(cases), html, {"rows": _rows_data(read), "stored": _stored_data(cases)})
 
 
 def read_cases(

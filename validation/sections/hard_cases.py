@@ -38,7 +38,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
     ring = _ring(problems)
     html = _tables(outcomes, quick) + _stability(grown, ring)
     data = {"examples": _examples(outcomes), "stability": _growth(grown)}
-    return Section(TITLE, _found(outcomes, grown), html, data)
+    return Section(_found(outcomes, grown), html, data)
 
 
 # ---- examples

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from semiwear.errors import SemiwearError
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.report.markup import table
 from validation import helical_pairs as store
 from validation.charts import COLOURS, MARKERS, card, cards
@@ -20,7 +21,6 @@ TITLE = "Helical pairs against finite elements"
 TREND_WIDTH = 30.0
 """Face width of the pairs whose mesh stiffness is followed over the helix angle [mm]."""
 
-_BODIES = ("pinion", "gear")
 _Compared = tuple[HelicalPair, HelicalResult, HelicalResult]
 
 
@@ -29,7 +29,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
     try:
         stored = store.read()
     except (SemiwearError, FileNotFoundError) as error:
-        return Section(TITLE, (f"No stored results: {error}",), "")
+        return Section((f"No stored results: {error}",), "")
     compared: list[_Compared] = []
     failures = []
     for pair in store.PAIRS:
@@ -41,16 +41,16 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         except SemiwearError as error:
             failures.append(f"{pair.name}: {error}")
     if not compared:
-        return Section(TITLE, ("No pair could be compared.",), failures_note(failures))
+        return Section(("No pair could be compared.",), failures_note(failures))
     error = np.array([_error_ratio(one) for one in compared])
-    root = np.array([[_root_ratio(one, body) for body in _BODIES] for one in compared])
+    root = np.array([[_root_ratio(one, body) for body in BODIES] for one in compared])
     worst, lowest = int(np.argmax(np.abs(error - 1.0))), np.unravel_index(np.argmax(np.abs(root - 1.0)), root.shape)
     found = (
         f"Mean loaded transmission error of {len(compared)} pairs: core {percent(float(error.min() - 1.0))} to "
         f"{percent(float(error.max() - 1.0))} off finite elements with every tooth, farthest for "
         f"{_words(compared[worst][0])}.",
         f"Greatest root stress: {percent(float(root.min() - 1.0))} to {percent(float(root.max() - 1.0))} off, "
-        f"farthest on the {_BODIES[int(lowest[1])]} of {_words(compared[int(lowest[0])][0])}.",
+        f"farthest on the {BODIES[int(lowest[1])]} of {_words(compared[int(lowest[0])][0])}.",
     )
     drawn = [
         card("helical-error", "Transmission error, core over finite elements",
@@ -64,9 +64,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
              "the single stiffness of ISO 6336-1 falls as the cosine of the helix angle.",
              lambda ax: _trend(ax, compared)),
     ]  # fmt: skip
-    return Section(
-        TITLE, found, failures_note(failures) + _table(compared) + cards(drawn), {"pairs": _data(compared)}
-    )
+    return Section(found, failures_note(failures) + _table(compared) + cards(drawn), {"pairs": _data(compared)})
 
 
 def _words(pair: HelicalPair) -> str:
@@ -87,7 +85,7 @@ def _root_ratio(one: _Compared, body: str) -> float:
 
 
 def _farthest_root(one: _Compared) -> float:
-    return max((_root_ratio(one, body) for body in _BODIES), key=lambda ratio: abs(ratio - 1.0))
+    return max((_root_ratio(one, body) for body in BODIES), key=lambda ratio: abs(ratio - 1.0))
 
 
 def _over_angle(ax: Any, compared: list[_Compared], value: Any, label: str) -> None:
@@ -145,7 +143,7 @@ def _table(compared: list[_Compared]) -> str:
         [
             _words(pair), f"{_mean(core):.2f}", f"{_mean(judge):.2f}",
             percent(_error_ratio((pair, core, judge)) - 1.0),
-            *(percent(_root_ratio((pair, core, judge), body) - 1.0) for body in _BODIES),
+            *(percent(_root_ratio((pair, core, judge), body) - 1.0) for body in BODIES),
         ]
         for pair, core, judge in compared
     ]  # fmt: skip
@@ -166,7 +164,7 @@ def _data(compared: list[_Compared]) -> Any:
                     [[core.root_stress[body], judge.root_stress[body]] for _, core, judge in compared], "MPa",
                     f"greatest root stress of the {body}",
                 )
-                for body in _BODIES
+                for body in BODIES
             },
         },
     )  # fmt: skip

@@ -93,7 +93,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         "life": life,
         "schemes": schemes,
     }
-    return Section(TITLE, _found(compared, best, inferred, life, schemes, paper), html, data)
+    return Section(_found(compared, best, inferred, life, schemes, paper), html, data)
 
 
 # ---- statements

@@ -12,7 +12,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.errors import ConvergenceError
 from semiwear.report.markup import figure_text, table
-from validation.charts import COLOURS, MARKERS, card, cards, plain_log
+from validation.charts import COLOURS, MARKERS, card, cards, legend_above, plain_log
 from validation.progress import Progress
 from validation.tables import dataset, listed, percent, with_unit
 
@@ -173,7 +173,7 @@ def schemes_part(schemes: xr.Dataset, paper: Mapping[str, Any]) -> str:
         ax.set_xlabel("Wear steps to 60 µm at the control point")
         ax.set_ylabel("Greatest wear at the root (µm)")
         ax.set_ylim(bottom=0.0)
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2, fontsize=8)
+        legend_above(ax, fontsize=8)
 
     explicit = schemes["addendum"].sel(scheme=_title("explicit", 12)).values
     known = [figure_text(value, 3) for value in explicit if np.isfinite(value)]

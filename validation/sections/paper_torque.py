@@ -12,7 +12,7 @@ import semiwear as sw
 from semiwear.errors import ConvergenceError
 from semiwear.plain_text import unit_text
 from semiwear.report.markup import figure_text, table
-from validation.charts import COLOURS, MARKERS, card, cards, plain_log
+from validation.charts import COLOURS, MARKERS, card, cards, legend_above, plain_log
 from validation.progress import Progress
 from validation.tables import percent, text_table, with_unit
 from validation.torque_inference import BestTorque, Inferred
@@ -166,7 +166,7 @@ def torque_part(
         plain_log(ax.yaxis)
         ax.set_xlabel("Pinion torque (N m)")
         ax.set_ylabel("Ours over the printed figure")
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2, fontsize=8)
+        legend_above(ax, fontsize=8)
 
     chart = card(
         "torque",

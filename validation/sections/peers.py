@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.report.markup import figure_text, table
-from validation.charts import COLOURS, MARKERS, card, cards
+from validation.charts import COLOURS, MARKERS, card, cards, legend_above
 from validation.problems import Problems
 from validation.progress import Progress
 from validation.section import Section
@@ -43,7 +43,7 @@ def from_report(report: Mapping[str, Any]) -> Section:
     """The section from the benchmark's report."""
     rows = [{**row, "label": f"{row['case']} {row['points'][0]} x {row['points'][1]}"} for row in report["rows"]]
     html = _intro(report) + cards([_chart(rows)]) + _table(rows)
-    return Section(TITLE, _found(report, rows), html, {"contact": _data(rows)})
+    return Section(_found(report, rows), html, {"contact": _data(rows)})
 
 
 def _found(report: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
@@ -85,7 +85,7 @@ def _chart(rows: Sequence[Mapping[str, Any]]) -> str:
         ax.set_xticks(range(len(labels)), [label.replace(" ", "\n", 1) for label in labels])
         ax.set_xlim(-0.5, len(labels) - 0.5)
         ax.set_ylabel("Time (ms)")
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+        legend_above(ax)
 
     return card("peers", "Time to the same error", "Lower is faster; a step of the grid is a factor of ten.", draw)
 

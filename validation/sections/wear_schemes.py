@@ -10,7 +10,7 @@ import xarray as xr
 
 from semiwear.errors import ConvergenceError
 from semiwear.report.markup import figure_text, table
-from validation.charts import COLOURS, MARKERS, Draw, card, cards, plain_log
+from validation.charts import COLOURS, MARKERS, Draw, card, cards, legend_above, plain_log
 from validation.problems import Problems, wear_problem
 from validation.progress import Progress
 from validation.section import Section
@@ -72,7 +72,7 @@ def build(_: Problems, quick: bool, progress: Progress) -> Section:
         f"Solutions of the loaded contact needed {words}. Wear shrinks "
         f"{'nowhere' if not shrinks else f'in {len(shrinks)} of the lives'}.",
     )
-    return Section(TITLE, found, html, {"schemes": _data(runs)})
+    return Section(found, html, {"schemes": _data(runs)})
 
 
 def _lives(slices: int, quick: bool, progress: Progress, failures: list[str]) -> list[SchemeRun]:
@@ -132,7 +132,7 @@ def _chart(runs: Sequence[SchemeRun], of: str, over: str, label: str) -> Draw:
         plain_log(ax.yaxis, percent=True)
         ax.set_xlabel(label)
         ax.set_ylabel(f"Error of {OF[of]}")
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
+        legend_above(ax, 3)
 
     return draw
 

@@ -45,17 +45,15 @@ class Impostor:
         return True
 
     def open(self, case, approaches):
-        session = self.bench.Semiwear().open(case)
-        bench = self.bench
+        ours = self.bench.Semiwear().open(case)
 
-        class Opened:
-            def solve(self, position, start, variant, tolerance):
-                answer = session.solve(position, start, "nested", tolerance)
-                if variant == "hopeless":
-                    return bench.Answer(1.1 * answer.pressure, -1, True)
-                return answer
+        def solve(position, start, variant, tolerance):
+            answer = ours(position, start, "nested", tolerance)
+            if variant == "hopeless":
+                return self.bench.Answer(1.1 * answer.pressure, -1, True)
+            return answer
 
-        return Opened()
+        return solve
 
 
 def test_missing_peers_are_named_and_the_benchmark_goes_on(bench, no_peers, tmp_path, capsys, monkeypatch) -> None:

@@ -45,7 +45,5 @@ def test_an_exported_deck_has_the_cores_load_and_root_stress(tmp_path):
     nodes, tangent, arc = fillet.nodes[:, ::2], fillet.tangents[:, ::2], fillet.arc[:, ::2]
     frd = calculix.read_frd(deck.with_suffix(".frd"))["STRESS"]
     stress = np.array([[frd[int(node) + 1] for node in row] for row in nodes])
-    x, y, z = np.moveaxis(tangent, -1, 0)
-    weights = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * z * x], axis=-1)
-    found = float(np.sum(weights * stress, axis=-1)[arc >= ROOT_FROM * arc[-1]].max())
+    found = float(calculix._along(stress, tangent)[arc >= ROOT_FROM * arc[-1]].max())
     assert found == pytest.approx(float(busiest.root_stress.sel(body="pinion")), rel=0.05)

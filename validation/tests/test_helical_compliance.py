@@ -16,24 +16,8 @@ import semiwear as sw
 from semiwear.compliance.annulus import Annulus
 from semiwear.geometry.cylindrical import CylindricalTooth
 from validation import helical_pairs
-from validation.helical_pairs import HelicalResult
+from validation.helical_pairs import HelicalResult, helical_scene
 
-PAIR = {
-    "gear_pair.pinion_teeth": 20,
-    "gear_pair.gear_teeth": 31,
-    "gear_pair.normal_module_mm": 4.0,
-    "gear_pair.pinion_face_width_mm": 30.0,
-    "gear_pair.pinion_profile_shift": 0.2,
-    "gear_pair.gear_profile_shift": -0.1,
-    "operation.pinion_torque_Nm": 400.0,
-    "material.pinion.youngs_modulus_MPa": 206000.0,
-    "material.gear.youngs_modulus_MPa": 206000.0,
-}
-DERIVED = (
-    "centre_distance_mm", "gear_face_width_mm", "pinion_tip_diameter_mm", "gear_tip_diameter_mm",
-    "pinion_rack_addendum_mm", "gear_rack_addendum_mm", "pinion_rack_tip_radius_mm", "gear_rack_tip_radius_mm",
-    "pinion_bore_radius_mm", "gear_rim_thickness_mm",
-)  # fmt: skip
 BODIES = {
     "thin": {"gear_pair.pinion_bore_radius_mm": 29.0, "gear_pair.gear_rim_thickness_mm": 21.0},
     "thick": {"gear_pair.pinion_bore_radius_mm": 15.0, "gear_pair.gear_rim_thickness_mm": 55.0},
@@ -51,9 +35,7 @@ FEW = {"numerics.harmonics": 5}  # where both sides of a comparison have them
 
 
 def pair_of(helix: float, body: str, **more: object) -> sw.Scene:
-    spur = sw.load_scene("spur_fzg_c")
-    changes = {f"gear_pair.{name}": None for name in DERIVED} | PAIR | {"gear_pair.helix_angle_deg": helix}
-    return spur.replace(changes | BODIES[body] | QUICK | {"wear": None} | more)
+    return helical_scene(helix, 30.0, body).replace(BODIES[body] | QUICK | {"wear": None} | more)
 
 
 def transmission_error(scene: sw.Scene, *positions: float) -> np.ndarray:

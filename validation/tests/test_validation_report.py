@@ -39,7 +39,7 @@ def sound(problems, quick, progress):
         {"square": ([1.0, 4.0, 9.0], "mm", "its square"), "odd": ([True, False, True], "1", "odd")},
     )
     chart = card("squares", "Squares", "They grow.", lambda ax: ax.plot([1, 2, 3], [1, 4, 9]))
-    return Section("Counting", ("Three squares < 10 were found.",), chart, {"squares": data})
+    return Section(("Three squares < 10 were found.",), chart, {"squares": data})
 
 
 def broken(problems, quick, progress):
@@ -276,13 +276,6 @@ def test_the_block_on_ring_wears_as_published():
 
 
 # ---- finite elements
-
-
-def tiny_contact(scene_sha):
-    cycle = xr.Dataset({"transmission_error_loaded": ("mesh_position", [1.0])})
-    tree = xr.DataTree.from_dict({"/mesh_cycle": cycle})
-    tree.attrs = {"scene_sha256": scene_sha, "history": "2026-01-01T00:00:00Z", "source": "semiwear", "seconds": 3.0}
-    return tree
 
 
 def test_stored_results_of_another_scene_are_refused_for_all_to_see(monkeypatch, tmp_path):
