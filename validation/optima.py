@@ -150,10 +150,10 @@ class Case:
         known = tuple(Aim(quantity) for quantity in aims if quantity is not None)
         return Designs(scene, space_of(scene, vary), known, limits, workers, lambda design: None)
 
-    def optimise(self) -> sw.Optimum:
+    def optimise(self, workers: int | None = None) -> sw.Optimum:
         """Its best design, by the optimiser."""
         scene, vary = SPACES[self.space]
-        return sw.optimise(scene, vary, minimise=list(self.minimise), subject_to=self.subject_to)
+        return sw.optimise(scene, vary, minimise=list(self.minimise), subject_to=self.subject_to, workers=workers)
 
 
 CASES: dict[str, Case] = {
