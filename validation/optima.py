@@ -144,10 +144,10 @@ class Case:
         planned = plan_search(scene, vary, self.minimise, subject_to=self.subject_to)
         return Designs(scene, planned.space, planned.aims, planned.limits, workers, lambda design: None)
 
-    def optimise(self) -> sw.Optimum:
+    def optimise(self, workers: int | None = None) -> sw.Optimum:
         """Its best design, by the optimiser."""
         scene, vary = SPACES[self.space]
-        return sw.optimise(scene, vary, minimise=list(self.minimise), subject_to=self.subject_to)
+        return sw.optimise(scene, vary, minimise=list(self.minimise), subject_to=self.subject_to, workers=workers)
 
 
 CASES: dict[str, Case] = {

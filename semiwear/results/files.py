@@ -32,10 +32,18 @@ _CHUNK = 1 << 20
 _CHECK_SUMS = "check_sums"  # attribute of the root, in the file only
 _LONGEST_PROBE = 120.0  # s
 _PROBE = """
-import sys, xarray
+import sys, netCDF4
+def read(group):
+    group.__dict__
+    for variable in group.variables.values():
+        variable.__dict__, variable[...]
+    for inner in group.groups.values():
+        read(inner)
 try:
-    with xarray.open_datatree(sys.argv[1], engine="netcdf4") as opened:
-        opened.load()
+    with netCDF4.Dataset(sys.argv[1]) as opened:
+        opened.set_auto_maskandscale(False)
+        opened.set_auto_chartostring(False)
+        read(opened)
 except Exception as error:
     sys.exit(str(error) or type(error).__name__)
 """

@@ -29,16 +29,23 @@ def test_save_and_open_is_identical(tree):
 WHOLE = synthetic_tree(1, profiles=3, faces=3, mesh_positions=1)
 
 
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """The bytes of a file that holds it."""
+    path = tmp_path_factory.mktemp("whole") / "worn.nc"
+    save(WHOLE, path)
+    return path.read_bytes()
+
+
 @pytest.mark.slow
 @settings(max_examples=15, deadline=None, phases=[Phase.generate])
 @given(place=st.floats(0.0, 1.0, exclude_max=True), change=st.integers(0, 255))
-def test_a_changed_or_missing_byte_is_refused_told_or_harmless(place, change):
+def test_a_changed_or_missing_byte_is_refused_told_or_harmless(saved, place, change):
     """Data are never wrong in silence. No change stands for all bytes from there on missing."""
     with TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         path = Path(folder) / "worn.nc"
-        save(WHOLE, path)
-        content = bytearray(path.read_bytes())
+        content = bytearray(saved)
         at = int(place * len(content))
         if change:
             content[at] ^= change

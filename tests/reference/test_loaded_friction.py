@@ -50,8 +50,8 @@ CASES = [(name, COEFFICIENTS[i % 3], "line") for i, name in enumerate(PAIRS)]
 CASES += [("16/24", 0.2, "patch"), ("20/31 at 20 deg", 0.1, "patch")]
 
 
-# as much is asked of rigid teeth; elastic ones, whose inclined wheels take their time, are in one pair of either kind
-RIGID = ("20/31 at 8 deg", "16/24 at 15 deg", "25/25 at -30 deg", "25/-60 at 12 deg")
+# as much is asked of rigid teeth; elastic ones, which take their time, are in one pair of each kind and in 16/24
+RIGID = ("25/25", "40/21", "20/31 at 8 deg", "16/24 at 15 deg", "25/25 at -30 deg", "25/-60", "25/-60 at 12 deg")
 
 
 def scene_of(name: str, coefficient: float, fidelity: str = "line") -> sw.Scene:

@@ -32,9 +32,11 @@ from tests.same_result import different_variables
 from tests.scenes import SMALL, TINY
 
 TWO_DEPTHS = TINY | {
-    "wear.until.control_depths_um": [2.0, 4.0],
-    "wear.control_point.height_mm": -2.5,
+    "wear.worn_bodies": ["gear"],
+    "wear.until": {"control_depths_um": [2.0, 4.0]},
+    "wear.control_point": {"face_mm": 7.0, "height_mm": -2.5},
 }
+"""Of the spur pair, whose prisms of other harmonics take a quarter of the time of the face gear's."""
 
 # ---------------------------------------------------------------- the scene
 
@@ -422,8 +424,8 @@ def test_adaptive_steps_tell_their_error_where_nothing_was_fitted(name):
 
 
 @pytest.fixture(scope="module")
-def asked(shipped):
-    scene = shipped.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 0.4})
+def asked(spur):
+    scene = spur.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 0.4})
     return scene, sw.simulate(scene)
 
 
@@ -471,8 +473,8 @@ def test_given_numbers_stay_and_chosen_ones_are_in_the_scene_of_the_result(asked
 
 
 @pytest.mark.slow
-def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, monkeypatch):
-    scene = shipped.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 0.01})
+def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(spur, monkeypatch):
+    scene = spur.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 0.01})
     within = tuple(replace(p, start=8, most=9) for p in resolution.PARAMETERS)
     monkeypatch.setattr(run, "parameters_of", lambda numerics: within[:1])
     with pytest.raises(sw.ConvergenceError, match=r"accuracy 0\.01 not reached") as caught:
@@ -564,9 +566,9 @@ def test_numbers_that_are_all_given_are_judged():
 
 
 @pytest.mark.slow
-def test_the_command_line_runs_to_an_accuracy(shipped, tmp_path, capsys):
+def test_the_command_line_runs_to_an_accuracy(spur, tmp_path, capsys):
     file, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
-    file.write_text(shipped.replace(TWO_DEPTHS | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")
+    file.write_text(spur.replace(TWO_DEPTHS | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")
     assert main(["run", str(file), "-o", str(output)]) == 0
     assert "0.4 asked for" in sw.open_results(output).attrs["accuracy"]
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["scene.toml", "worn.nc"]

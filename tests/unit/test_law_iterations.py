@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -190,18 +191,20 @@ SPUR = {"numerics.face_slices": 11, "numerics.roll_positions": 12, "numerics.pro
 SPUR |= {"numerics.harmonics": 5, "operation.pinion_speed_rpm": 1500.0}
 
 
+@cache
+def life_of_film(roughness_um):
+    """The life of the spur pair under a film on so rough flanks."""
+    film = {"effects.lubrication": {"roughness_um": roughness_um}, "effects.run_life.depth_limit_um": 4.0}
+    film |= {"effects.wear_law.lubrication.full_film_lambda": 1.0, "operation.pinion_torque_Nm": 200.0}
+    physics = sw.plan(sw.load_scene("spur_fzg_c").replace(SPUR | film))
+    return find_life(physics, physics.wear_stepper(physics.loaded_teeth()))
+
+
 @pytest.mark.parametrize("roughness", [0.12, *(pytest.param(um, marks=pytest.mark.slow) for um in (0.15, 0.165))])
 def test_a_film_that_carries_nearly_all_load_leaves_a_long_life_or_one_without_end(roughness):
     """Bounds alone let the law change by up to 7 % to the last, and ended in an error."""
-
-    def life(roughness_um):
-        film = {"effects.lubrication": {"roughness_um": roughness_um}, "effects.run_life.depth_limit_um": 4.0}
-        film |= {"effects.wear_law.lubrication.full_film_lambda": 1.0, "operation.pinion_torque_Nm": 200.0}
-        physics = sw.plan(sw.load_scene("spur_fzg_c").replace(SPUR | film))
-        return find_life(physics, physics.wear_stepper(physics.loaded_teeth()))
-
-    found = life(roughness)
-    assert found.meshes > 3.0 * life(0.18).meshes
+    found = life_of_film(roughness)
+    assert found.meshes > 3.0 * life_of_film(0.18).meshes
     assert max(state.law_residual for state in found.states) <= case_step._FACTOR_TOLERANCE
 
 

@@ -6,7 +6,7 @@ import semiwear as sw
 from semiwear.cli import main
 from semiwear.scene import parse_scene
 from semiwear.targets import file_target
-from tests.scenes import problems_of
+from tests.scenes import TINY, problems_of
 
 
 def told_of(scene: sw.Scene, changes: dict[str, object]) -> list[str]:
@@ -252,12 +252,12 @@ def test_a_path_beside_the_pitch_point_is_not_called_a_contact_ratio(spur):
 
 
 @pytest.mark.slow
-def test_flanks_out_of_reach_blame_a_placement_only_where_there_is_one(shipped):
+def test_flanks_out_of_reach_blame_a_placement_only_where_there_is_one(shipped, spur):
     with pytest.raises(sw.SceneError, match="placement"):
         sw.tooth_contact_analysis(shipped, sw.Placement(axial_gear_mm=20.0))
     soft = {"material.pinion.youngs_modulus_MPa": 500.0, "material.gear.youngs_modulus_MPa": 500.0}
     with pytest.raises(sw.SceneError) as caught:
-        sw.loaded_contact(shipped.replace(soft | {"operation.pinion_torque_Nm": 1e6, "wear": None}))
+        sw.loaded_contact(spur.replace(TINY | soft | {"operation.pinion_torque_Nm": 1e6, "wear": None}))
     assert "placement" not in str(caught.value)
     assert "operation.pinion_torque_Nm" in str(caught.value)
 

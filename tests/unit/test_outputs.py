@@ -185,6 +185,7 @@ import sys
 import semiwear as sw
 from matplotlib import figure
 from semiwear import cli
+from semiwear.report import pictures
 from tests.strategies.results import synthetic_tree
 def simulate(scene, progress=None, **_):
     for k in range(200):
@@ -192,6 +193,7 @@ def simulate(scene, progress=None, **_):
     return synthetic_tree(2)
 sw.simulate = simulate
 figure.Figure.savefig = lambda *_, **__: None
+pictures.PICTURES = pictures.PICTURES[:2]
 sys.exit(cli.main(sys.argv[1:]))
 """
 

@@ -89,7 +89,8 @@ def _films(quick: bool, progress: Progress) -> list[Rated]:
     """Micropitting and scuffing of the pairs of `local_films`, which draws its helical ones last."""
     drawn = local_films.drawn()
     chosen: Sequence[Mesh] = (*drawn[: QUICK // 2], *drawn[-(QUICK // 2) :]) if quick else drawn
-    changes: Mapping[str, Any] = {"numerics.face_slices": 31, "numerics.roll_positions": 24} if quick else {}
+    few = {"numerics.face_slices": 31, "numerics.roll_positions": 24, "numerics.harmonics": 5}
+    changes: Mapping[str, Any] = few if quick else {}
     found = []
     for k, mesh in enumerate(chosen):
         progress.note(f"micropitting and scuffing, pair {k + 1}")

@@ -138,7 +138,7 @@ def test_relief_deeper_than_the_teeth_bend_costs_safety_that_the_standard_does_n
 
 
 BASE = Mesh((23, 47), 4.0, 0.0, 40.0, 600.0, 1500.0)
-LESS = {"numerics.face_slices": 15, "numerics.roll_positions": 24}
+LESS = {"numerics.face_slices": 15, "numerics.roll_positions": 24, "numerics.harmonics": 5}
 
 
 @pytest.mark.parametrize(

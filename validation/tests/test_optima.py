@@ -62,7 +62,7 @@ def test_the_best_design_is_as_good_as_that_of_many_samples(name, allowed):
     """
     case, search = CASES[name], stored()[name]["search"]
     designs = case.designs()
-    found = case.optimise()
+    found = case.optimise(workers=0)  # the same designs as by processes, which take seconds to start
     assert found.kept
     if name == "spur_wear":
         assert found.told[1].best <= 40.0
