@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import cos, isfinite
+from math import isfinite
 from typing import cast
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from semiwear.check.cylindrical_limits import (
     deepest_rolls,
     edge_limits,
+    jamming_distance,
     least_profile_shift,
     pointed_diameter,
     root_limits,
@@ -32,7 +33,6 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
 
 _USUAL = "spur_fzg_c"
-_SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
 _MOST_ROLLS = 2.9  # base pitches from the pitch point up to which tooth pairs are considered
 
 
@@ -60,8 +60,7 @@ def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iter
         fix = "there is no line of action between the base circles: leave it out for the distance without backlash"
         yield problem_of(scene, "centre_distance_mm", allowed, fix)
         return
-    slack = side * _SHIFT_DIGITS * t.normal_module_mm * cos(t.working_pressure_angle)
-    if side * (t.centre_distance_mm - tight + slack) < 0.0:
+    if side * (t.centre_distance_mm - jamming_distance(t)) < 0.0:
         allowed = f"{'up to' if t.internal else 'at least'} {(down if t.internal else up)(tight)} mm"
         fix = "the teeth jam: leave it out for the distance without backlash, or lower the sum of the profile shifts"
         yield problem_of(scene, "centre_distance_mm", allowed, fix)

@@ -7,7 +7,8 @@ ISO 21771:2007 (form and active diameters, tip interference of internal pairs).
 
 from __future__ import annotations
 
-from math import acos, atan, hypot, pi, sin, tan
+from dataclasses import replace
+from math import acos, atan, cos, hypot, pi, sin, tan
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.scene import CylindricalPair
 from semiwear.scene.cylindrical import zero_backlash_distance
 
+_SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
 _MOST_MODULES = 8.0  # above the reference cylinder, where teeth of any usual pressure angle are pointed already
 
 
@@ -32,6 +34,14 @@ def tight_distance(table: CylindricalPair) -> float:
         table.normal_module_mm, table.pressure_angle_deg, table.helix_angle_deg, table.pinion_teeth,
         table.gear_teeth, table.pinion_profile_shift, table.gear_profile_shift,
     )  # fmt: skip
+
+
+def jamming_distance(table: CylindricalPair) -> float:
+    """Centre distance beyond which the teeth jam [mm]: without backlash, less what the digits of the shifts leave."""
+    tight = tight_distance(table)
+    angle = replace(table, centre_distance_mm=tight).working_pressure_angle
+    slack = _SHIFT_DIGITS * table.normal_module_mm * cos(angle)
+    return tight + slack if table.internal else tight - slack
 
 
 def least_profile_shift(tooth: CylindricalTooth) -> float:
