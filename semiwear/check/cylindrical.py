@@ -17,12 +17,12 @@ import numpy as np
 from semiwear.check.cylindrical_limits import (
     deepest_rolls,
     edge_limits,
+    jamming_distance,
     least_profile_shift,
     pointed_diameter,
     root_limits,
     teeth_of,
     tight_distance,
-    tight_slack,
     tip_limits,
     tip_passage,
 )
@@ -60,7 +60,7 @@ def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iter
         fix = "there is no line of action between the base circles: leave it out for the distance without backlash"
         yield problem_of(scene, "centre_distance_mm", allowed, fix)
         return
-    if side * (t.centre_distance_mm - tight) < -tight_slack(t):
+    if side * (t.centre_distance_mm - jamming_distance(t)) < 0.0:
         allowed = f"{'up to' if t.internal else 'at least'} {(down if t.internal else up)(tight)} mm"
         fix = "the teeth jam: leave it out for the distance without backlash, or lower the sum of the profile shifts"
         yield problem_of(scene, "centre_distance_mm", allowed, fix)

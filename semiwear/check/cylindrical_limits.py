@@ -7,7 +7,8 @@ ISO 21771:2007 (form and active diameters, tip interference of internal pairs).
 
 from __future__ import annotations
 
-from math import acos, atan, cos, hypot, isfinite, pi, sin, tan
+from dataclasses import replace
+from math import acos, atan, cos, hypot, pi, sin, tan
 
 import numpy as np
 
@@ -35,10 +36,12 @@ def tight_distance(table: CylindricalPair) -> float:
     )  # fmt: skip
 
 
-def tight_slack(table: CylindricalPair) -> float:
-    """How much tighter teeth may be than without backlash: what digits of the profile shifts leave open [mm]."""
-    angle = table.working_pressure_angle
-    return _SHIFT_DIGITS * table.normal_module_mm * (cos(angle) if isfinite(angle) else 1.0)
+def jamming_distance(table: CylindricalPair) -> float:
+    """Centre distance beyond which the teeth jam [mm]: without backlash, less what the digits of the shifts leave."""
+    tight = tight_distance(table)
+    angle = replace(table, centre_distance_mm=tight).working_pressure_angle
+    slack = _SHIFT_DIGITS * table.normal_module_mm * cos(angle)
+    return tight + slack if table.internal else tight - slack
 
 
 def least_profile_shift(tooth: CylindricalTooth) -> float:

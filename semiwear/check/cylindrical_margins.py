@@ -9,12 +9,11 @@ from typing import cast
 
 from semiwear.check.cylindrical_limits import (
     edge_limits,
+    jamming_distance,
     least_profile_shift,
     pointed_diameter,
     root_limits,
     teeth_of,
-    tight_distance,
-    tight_slack,
     tip_limits,
     tip_passage,
 )
@@ -28,8 +27,8 @@ from semiwear.scene import CylindricalPair, Placement, Scene
 def cylindrical_margins(scene: Scene) -> Iterator[Margin]:
     """Limits of a cylindrical pair's teeth; see `semiwear.check.margins.check_geometry`."""
     table = cast(CylindricalPair, scene.gear_pair)
-    tight, slack = tight_distance(table), tight_slack(table)
-    ends = (None, tight + slack) if table.internal else (tight - slack, None)
+    limit = jamming_distance(table)
+    ends = (None, limit) if table.internal else (limit, None)
     yield margin(
         "centre distance (jamming)", lambda: table.centre_distance_mm, "centre_distance_mm", low=ends[0], high=ends[1]
     )

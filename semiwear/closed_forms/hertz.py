@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import exp, log, pi, sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
@@ -34,7 +35,7 @@ def effective_modulus(
     return 1.0 / ((1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2)
 
 
-def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:
+def line_contact_half_width(line_load: ArrayLike, curvature: ArrayLike, modulus: float) -> FloatArray:
     """Half-width b = sqrt(4 q R / (pi E*)) of a line contact [mm] (Johnson 1985, eq. 4.43).
 
     Parameters
@@ -51,10 +52,10 @@ def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulu
     >>> print(f"{line_contact_half_width(300.0, 0.1, 113e3):.4f}")
     0.1839
     """
-    return np.sqrt(4.0 * line_load / (pi * modulus * curvature))
+    return np.sqrt(np.multiply(4.0, line_load) / np.multiply(pi * modulus, curvature))
 
 
-def line_contact_pressure(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:
+def line_contact_pressure(line_load: ArrayLike, curvature: ArrayLike, modulus: float) -> FloatArray:
     """Greatest pressure p0 = sqrt(q E* / (pi R)) of a line contact [MPa] (Johnson 1985, eq. 4.45).
 
     Parameters
@@ -71,7 +72,7 @@ def line_contact_pressure(line_load: FloatArray, curvature: FloatArray, modulus:
     >>> print(f"{line_contact_pressure(300.0, 0.1, 113e3):.0f}")
     1039
     """
-    return np.sqrt(line_load * modulus * curvature / pi)
+    return np.sqrt(np.multiply(np.multiply(line_load, modulus), curvature) / pi)
 
 
 @dataclass(frozen=True)

@@ -321,7 +321,8 @@ def _read_csv(file: Path) -> PointGrid:
         twice = np.flatnonzero(counts[:first] != 1)
         place, fault = (int(twice[0]), f"there {counts[twice[0]]} times") if twice.size else (first, "missing")
         i, j = divmod(place, shape[1])
-        raise _Unfit(f"point (profile {i}, face {j}) is {fault}", "each point of the grid once", "complete the grid")
+        fix = "leave the others out" if twice.size else "fill the gap, or leave out its row or column of the grid"
+        raise _Unfit(f"point (profile {i}, face {j}) is {fault}", "each point of the grid once", fix)
 
     def vectors(names: tuple[str, ...]) -> FloatArray:
         values = np.empty((*shape, 3))

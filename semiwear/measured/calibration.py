@@ -370,7 +370,9 @@ def _meshes_run(scene: Scene, meshes: float | Sequence[float] | None, count: int
         )
     run = np.full(count, given, float) if np.ndim(given) == 0 else np.asarray(given, float)
     if run.shape != (count,) or not np.all(np.isfinite(run)) or np.any(run <= 0.0):
-        raise SceneError.of("meshes", given, f"one number above 0, or {count}", "one for each measured part")
+        allowed = "a number above 0" + (f", or {count} of them" if count > 1 else "")
+        fix = "one for each measured part, or one for all" if count > 1 else "engagements of a gear tooth"
+        raise SceneError.of("meshes", given, allowed, fix)
     return tuple(map(float, run))
 
 

@@ -88,7 +88,17 @@ def parse_scene(
     SceneError
         With all problems, or the line where the TOML syntax is wrong.
     """
-    return scene_from_dict(read_toml(text, name), name=name, check=check, changes=changes)
+    data = read_toml(text, name)
+    if "scene" in data and "gear_pair" not in data:
+        fix = f"give its scene, or solve the study: semiwear {_study_command(data)} {name}"
+        raise SceneError([Problem("scene", f"a study of the scene {data['scene']!r}", "a scene", fix)], name)
+    return scene_from_dict(data, name=name, check=check, changes=changes)
+
+
+def _study_command(data: Mapping[str, Value]) -> str:
+    """Command that solves a study."""
+    tables = {"design": "optimise", "unknown": "infer"}
+    return next((command for table, command in tables.items() if table in data), "sweep")
 
 
 def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:

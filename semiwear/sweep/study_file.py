@@ -103,13 +103,17 @@ def read_study(
     Returns
     -------
     Study or None
-        The readable part, for further checks by the caller; None if the file is no TOML.
+        The readable part, for further checks by the caller; None if the file is no TOML, or a scene.
     """
     source = Path(path)
     data = None
     with Collected(problems):
         data = read_toml(_text(source), str(source))
     if data is None:
+        return None
+    if "gear_pair" in data and "scene" not in data:
+        fix = f'semiwear run {source.name} wears it; a study names it in its first line: scene = "{source.name}"'
+        problems.append(Problem("study", f"a scene: {source.name}", "a study of a scene", fix))
         return None
     names = ("scene", *options, "set", "vary", *further)
     for name in data:

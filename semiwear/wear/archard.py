@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from semiwear.arrays import FloatArray
 
 
-def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
+def wear_depth(coefficient: float, pressure_distance: ArrayLike) -> FloatArray:
     """Wear depth h = k * integral of p v_s dt [mm], v_s the sliding speed (Archard 1953, eq. 4, for each point).
 
     Valid for a coefficient that depends neither on depth nor on pressure.
@@ -28,10 +31,10 @@ def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
     >>> print(f"{wear_depth(1e-13 * 1e8, 50.0):.4f}")  # 1e8 meshes
     0.0005
     """
-    return coefficient * pressure_distance
+    return np.multiply(coefficient, pressure_distance)
 
 
-def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coefficient: float) -> FloatArray:
+def wear_per_mesh(line_load: ArrayLike, specific_sliding: ArrayLike, wear_coefficient: float) -> FloatArray:
     """Wear depth of one mesh where a contact line passes [mm], independent of the pressure profile across the line.
 
     A pressure p = q w(x) that moves over the flank with speed v_n wears it by k q v_s/v_n (Andersson and Eriksson
@@ -56,4 +59,4 @@ def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coef
     >>> print(f"{1e8 * wear_per_mesh(300.0, 0.5, 1e-13):.6f}")
     0.001500
     """
-    return wear_depth(wear_coefficient, line_load * specific_sliding)
+    return wear_depth(wear_coefficient, np.multiply(line_load, specific_sliding))

@@ -39,8 +39,14 @@ ROWS = {
     "a row of 1e9": ("0,0,1,2,3\n1000000000,0,1,2,3\n", "1e+09 in a file of 2 points"),
     "a column of 1e300": ("0,1e300,1,2,3\n0,0,1,2,3\n", "1e+300 in a file of 2 points"),
     "an endless row": ("0,inf,1,2,3\n0,0,1,2,3\n", "inf in a file"),
-    "a point missing": ("0,0,1,2,3\n0,1,1,2,3\n1,0,1,2,3\n", "(profile 1, face 1) is missing"),
-    "a point twice": ("0,0,1,2,3\n0,1,1,2,3\n0,1,1,2,3\n1,0,1,2,3\n", "(profile 0, face 1) is there 2 times"),
+    "a point missing": (
+        "0,0,1,2,3\n0,1,1,2,3\n1,0,1,2,3\n",
+        "(profile 1, face 1) is missing'; allowed: each point of the grid once -> fill the gap",
+    ),
+    "a point twice": (
+        "0,0,1,2,3\n0,1,1,2,3\n0,1,1,2,3\n1,0,1,2,3\n",
+        "(profile 0, face 1) is there 2 times'; allowed: each point of the grid once -> leave the others out",
+    ),
     "the first missing": ("0,1,1,2,3\n1,0,1,2,3\n1,1,1,2,3\n", "(profile 0, face 0) is missing"),
     "a diagonal": ("".join(f"{k},{k},1,2,3\n" for k in range(30_000)), "(profile 0, face 1) is missing"),
 }

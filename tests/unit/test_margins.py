@@ -45,6 +45,21 @@ def test_a_face_gear_that_runs_is_not_said_to_be_refused(face_gear):
     assert sw.check_geometry(low).holds
 
 
+@pytest.mark.parametrize("teeth", [24, -60])
+def test_the_row_of_jamming_is_broken_exactly_where_the_scene_is_refused(spur, teeth):
+    changes = {"pinion_profile_shift": 0.0, "gear_profile_shift": 0.0, "gear_teeth": teeth}
+    changes |= dict.fromkeys(("centre_distance_mm", "pinion_tip_diameter_mm", "gear_tip_diameter_mm"))
+    pair = spur.replace({f"gear_pair.{name}": value for name, value in changes.items()})
+    row, tight = told(pair)["centre distance (jamming)"], pair.gear_pair.centre_distance_mm
+    limit, side = (row.high, -1.0) if teeth < 0 else (row.low, 1.0)
+    assert 0.0 < side * (tight - limit) < 1e-3 * 4.5
+    for inside in (1e-6, -1e-6):
+        moved = pair.replace({"gear_pair.centre_distance_mm": limit + side * inside})
+        refused = any(one.field == "gear_pair.centre_distance_mm" for one in geometric_problems(moved))
+        assert refused == (inside < 0.0)
+        assert told(moved)["centre distance (jamming)"].holds != refused
+
+
 def test_a_spur_pair_has_the_limits_of_the_closed_forms(spur):
     rows = told(spur)
     pair = spur.gear_pair

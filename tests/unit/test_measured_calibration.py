@@ -313,7 +313,7 @@ def refused(word, scene, *arguments, error=SceneError, **options):
 def test_what_cannot_be_calibrated_is_told(scene, guess, measured, shipped, grid, tree):
     refused("confidence", guess, measured, confidence=1.0)
     refused("meshes", shipped, measured)  # it runs to control depths
-    refused("meshes", guess, measured, meshes=-1.0)
+    refused("meshes: found -1.0; allowed: a number above 0 -> engagements", guess, measured, meshes=-1.0)
     refused("one for each measured part", guess, [measured, measured], meshes=[1e8, 1e8, 1e8])
     refused("as many before", guess, [measured, measured], before=[measured])
     refused("worn_bodies", guess, _pinion_points(scene), body="pinion")

@@ -120,6 +120,23 @@ def test_a_study_without_fields_says_what_to_write_in_it(study, solved, capsys):
     assert "= [800, 1600] under the header [vary]" in capsys.readouterr().err and not solved
 
 
+@pytest.mark.parametrize("command", ["sweep", "optimise", "infer"])
+def test_a_scene_in_place_of_a_study_is_one_problem(study, solved, capsys, command):
+    (study / "mine.toml").write_text(sw.load_scene("spur_fzg_c").to_toml())
+    ending = "toml" if command == "optimise" else "nc"
+    assert main([command, "mine.toml", "-o", f"x.{ending}"]) == 2
+    told = capsys.readouterr().err
+    assert "1 problem\n" in told and 'scene = "mine.toml"' in told and not solved
+
+
+@pytest.mark.parametrize(("table", "command"), [("vary", "sweep"), ("design", "optimise"), ("unknown", "infer")])
+def test_a_study_in_place_of_a_scene_is_one_problem(study, capsys, table, command):
+    (study / "mine.toml").write_text(f'scene = "spur_fzg_c"\n[{table}]\n{TORQUE} = [1, 2]\n')
+    assert main(["check", "mine.toml"]) == 2
+    told = capsys.readouterr().err
+    assert "1 problem\n" in told and f"semiwear {command} mine.toml" in told
+
+
 def test_problems_of_file_fields_and_options_come_together(study, solved, capsys):
     (study / "bad.toml").write_text(
         "sampels = 3\n" + STUDY.replace("[-0.1, 0, 0.1]", "[-9]").replace('"history"', '"hystory"')
