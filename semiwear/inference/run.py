@@ -177,11 +177,12 @@ def plan_inference(
         )
     problems += [_of_the_run(key) for key in keys if isinstance(key, str) and key.startswith(_OF_THE_RUN)]
     sampling = Sampling(64, seed)
-    if scene is None:
-        raise SceneError([*problems, *sampling.problems()], "infer")
     priors: dict[str, Distribution] = {}
     with Collected(problems):
         draw(scene, unknown, sampling)
+    if scene is None:
+        raise SceneError(problems, "infer")
+    if not problems:
         read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
         priors = {key: prior for key, prior in read.items() if prior is not None}
     wear = scene.wear

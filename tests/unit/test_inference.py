@@ -426,7 +426,8 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
 def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(solved, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "runs = 3\nk_scatter = -9\nscene =", 1)
-    bad = bad.replace("[unknown]", "[unknown]\nnumerics.harmonics = 3", 1)
+    misspelt = 'operation.pinion_torqe_Nm = {distribution = "norml"}'
+    bad = bad.replace("[unknown]", f"[unknown]\nnumerics.harmonics = 3\n{misspelt}", 1)
     (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
     assert main(["infer", "study.toml", "-o", "draws.nc"]) == 2
     told = capsys.readouterr().err
@@ -437,6 +438,8 @@ def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(solved, tmp_
         "did you mean value?",
         "curve.csv",
         "numerics.harmonics: found 'an unknown field'",
+        "did you mean pinion_torque_Nm?",
+        'did you mean "normal"?',
         "[vary]",
     ):
         assert part in told
