@@ -34,6 +34,10 @@ Varied = "Mapping[str, Sequence[object]] | DataFrame"
 
 _MOST_SHOWN = 20
 _GIVE_LIST = "a list of one or more values"
+_GIVE_FIELDS = (
+    'give e.g. {"operation.pinion_torque_Nm": [800, 1600]}; in a study file operation.pinion_torque_Nm = [800, 1600] '
+    "under the header [vary], or distributions under [scatter]"
+)
 
 
 @dataclass(frozen=True)
@@ -158,8 +162,8 @@ def _lists(vary: object, problems: list[Problem]) -> tuple[dict[str, list[Value]
         allowed = "a mapping from dotted keys to lists, or a DataFrame with a column a field"
         raise SceneError.of("vary", shown(vary), allowed, 'give e.g. {"operation.pinion_torque_Nm": [800, 1600]}')
     if not found:
-        fix = 'give e.g. {"operation.pinion_torque_Nm": [800, 1600]}'
-        problems.append(Problem("vary", "nothing", "one or more fields with their values", fix))
+        allowed = "one or more fields with their values"
+        problems.append(Problem("vary", "nothing", allowed, _GIVE_FIELDS))
     return found, labels
 
 

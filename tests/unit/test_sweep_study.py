@@ -120,6 +120,15 @@ def test_a_study_without_fields_says_what_to_write_in_it(study, solved, capsys):
     assert "= [800, 1600] under the header [vary]" in capsys.readouterr().err and not solved
 
 
+def test_nothing_varied_is_told_in_one_place(study, solved, capsys):
+    with pytest.raises(sw.SceneError) as raised:
+        sw.sweep(sw.load_scene("spur_fzg_c"), {})
+    (problem,) = raised.value.problems
+    assert f"1 problem\n  1. {problem}" in problems_in(study, 'scene = "spur_fzg_c"\n', capsys)
+    told = problems_in(study, 'scene = "spur_fzg_c"\nvary = 3\n', capsys)
+    assert "1 problem\n  1. vary: found 3" in told and not solved
+
+
 def test_problems_of_file_fields_and_options_come_together(study, solved, capsys):
     (study / "bad.toml").write_text(
         "sampels = 3\n" + STUDY.replace("[-0.1, 0, 0.1]", "[-9]").replace('"history"', '"hystory"')
