@@ -179,7 +179,7 @@ def plan_inference(
     sampling = Sampling(64, seed)
     priors: dict[str, Distribution] = {}
     with Collected(problems):
-        draw(scene, unknown, sampling)
+        draw(scene, unknown, sampling, "unknown")
     if scene is None:
         raise SceneError(problems, "infer")
     if not problems:

@@ -34,6 +34,7 @@ from semiwear.untyped import Value
 if TYPE_CHECKING:
     from distributed import Client
 
+_DISTRIBUTIONS = "distributions"
 _MOST_SAMPLES = 1 << 20
 _LEAST_EMULATED = 1 << (LEAST_RUNS - 1).bit_length()
 
@@ -219,8 +220,11 @@ def read_scatter(
     *,
     measure: str | Sequence[str] | None = None,
     crew: tuple[int | str | None, Client | None] = (None, None),
+    argument: str = _DISTRIBUTIONS,
 ) -> ScatterJob:
     """The samples of arguments of `scatter`; `crew` holds `workers` and `client` of `sweep`.
+
+    Errors name the distributions by `argument`.
 
     Raises
     ------
@@ -232,7 +236,7 @@ def read_scatter(
     problems: list[Problem] = []
     drawn = None
     with Collected(problems):
-        drawn = draw(scene, distributions, sampling)
+        drawn = draw(scene, distributions, sampling, argument)
     if scene is not None:
         problems += wear_problems(scene)
     with Collected(problems):
@@ -255,8 +259,15 @@ def _table(drawn: Design, fields: Sequence[str], count: int) -> dict[str, list[f
     return {field: drawn.values[:count, k].tolist() for k, field in enumerate(fields)}
 
 
-def draw(scene: Scene | None, distributions: Mapping[str, Distribution], sampling: Sampling) -> Design:
+def draw(
+    scene: Scene | None,
+    distributions: Mapping[str, Distribution],
+    sampling: Sampling,
+    argument: str = _DISTRIBUTIONS,
+) -> Design:
     """The samples of fields; without a scene only for its faults.
+
+    `argument` is what the caller, or the table of a study file, calls the distributions.
 
     Raises
     ------
@@ -267,7 +278,10 @@ def draw(scene: Scene | None, distributions: Mapping[str, Distribution], samplin
     if not isinstance(distributions, Mapping) or not distributions:
         allowed = "a mapping from dotted keys to distributions"
         fix = 'give e.g. {"operation.pinion_torque_Nm": Normal(1600, 80)}'
-        raise SceneError([*problems, Problem("distributions", shown(distributions), allowed, fix)], "scatter")
+        if argument != _DISTRIBUTIONS:
+            entry = 'operation.pinion_torque_Nm = {distribution = "normal", mean = 1600, deviation = 80}'
+            fix += f"; in a study file {entry} under the header [{argument}]"
+        raise SceneError([*problems, Problem(argument, shown(distributions), allowed, fix)], "scatter")
     read: dict[str, Distribution | None] = {}
     for key in distributions:
         if not _rules(scene, key):

@@ -446,6 +446,19 @@ def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(solved, tmp_
     assert not solved
 
 
+@pytest.mark.parametrize("table, found", [("", "{}"), ("unknown = 3\n", "3"), ("[unknown]\n", "{}")])
+def test_unknown_fields_that_are_missing_are_told_by_their_table(solved, tmp_path, capsys, table, found):
+    for scene in ("spur_fzg_c", "no_such_scene"):
+        (tmp_path / "study.toml").write_text(f'runs = 3\nscene = "{scene}"\n{table}')
+        assert main(["infer", str(tmp_path / "study.toml"), "-o", str(tmp_path / "draws.nc")]) == 2
+        told = capsys.readouterr().err
+        assert told.count("unknown: found") == 1 and f"unknown: found {found}; allowed: a mapping" in told
+        assert "under the header [unknown]" in told and "runs: found 3" in told and "distributions:" not in told
+    with pytest.raises(sw.SceneError, match=r"unknown: found {}"):
+        sw.infer(SCENE, {}, [])
+    assert not solved
+
+
 def test_unknown_fields_are_told_beside_a_scene_without_wear():
     with pytest.raises(SceneError, match=r"did you mean pinion_torque_Nm\?(.|\n)*wear: missing"):
         sw.infer(SCENE.replace({"wear": None}), {"operation.pinion_torqe_Nm": sw.Normal(1.0, 1.0)}, [])
