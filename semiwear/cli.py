@@ -96,7 +96,7 @@ def _read(options: argparse.Namespace) -> tuple[object, ...]:
         With all problems of the options and the scene.
     """
     problems = option_problems(options)
-    if _MODULES.get(options.command) == "studies":
+    if options.command in _STUDIES:
         return options, problems
     name, given = "command line" if problems else "", list[object]([options])
     if "set" in options:
@@ -153,10 +153,11 @@ _LIGHT: dict[str, Callable[..., Table | tuple[int, Table]]] = {
 }
 
 
+_STUDIES = ("sweep", "optimise", "infer")
 _MODULES = {
     "run": "simulation",
     **dict.fromkeys(("screen", "geometry", "calibrate"), "one_scene"),
-    **dict.fromkeys(("sweep", "optimise", "infer"), "studies"),
+    **{name: name for name in _STUDIES},
     **dict.fromkeys(("new", "rexs", "export", "report"), "exchange"),
 }
 
