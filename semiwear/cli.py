@@ -169,7 +169,8 @@ def _heavy(module: str, name: str) -> Callable[..., Value]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = Parser(prog="semiwear", description="Gear tooth wear, from a scene to a worn flank.")
+    text = "Gear tooth wear, from a scene to a worn flank."
+    parser: argparse.ArgumentParser = Parser(prog="semiwear", description=text)
     parser.add_argument("--version", action="version", version=f"semiwear {sw.__version__}")
     parser.add_argument(
         "--print-completion", action=PrintCompletion, choices=("bash", "zsh", "tcsh"), metavar="SHELL",
