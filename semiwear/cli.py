@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import semiwear as sw
 from semiwear.check import geometric_problems
-from semiwear.cli_values import assignment, number_within, option_problems
+from semiwear.cli_values import Parser, UsageError, assignment, number_within, option_problems
 from semiwear.completion import PrintCompletion
 from semiwear.console import as_json, error_as_json, hidden_output, notes_on_standard_error, tolerant_streams
 from semiwear.errors import Collected, Problem, SceneError, SemiwearError
@@ -61,8 +61,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _main(arguments: Sequence[str] | None) -> int:
     try:
         options = _parser().parse_args(arguments)
-    except SemiwearError as error:  # an extra that an option needs
-        print(f"semiwear: {error}", file=sys.stderr)
+    except SemiwearError as error:  # of the usage, or an extra that an option needs
+        words = f"{error.usage}{error}" if isinstance(error, UsageError) else f"semiwear: {error}"
+        in_json = "--json" in (sys.argv[1:] if arguments is None else arguments)
+        print(error_as_json(error) if in_json else words, file=sys.stderr)
+        if isinstance(error, UsageError):  # ends the process, as the help and the version do
+            raise SystemExit(2) from None
         return 2
     with notes_on_standard_error(options.quiet):
         try:
@@ -92,7 +96,7 @@ def _read(options: argparse.Namespace) -> tuple[object, ...]:
         With all problems of the options and the scene.
     """
     problems = option_problems(options)
-    if _MODULES.get(options.command) == "studies":
+    if options.command in _STUDIES:
         return options, problems
     name, given = "command line" if problems else "", list[object]([options])
     if "set" in options:
@@ -149,10 +153,11 @@ _LIGHT: dict[str, Callable[..., Table | tuple[int, Table]]] = {
 }
 
 
+_STUDIES = ("sweep", "optimise", "infer")
 _MODULES = {
     "run": "simulation",
     **dict.fromkeys(("screen", "geometry", "calibrate"), "one_scene"),
-    **dict.fromkeys(("sweep", "optimise", "infer"), "studies"),
+    **{name: name for name in _STUDIES},
     **dict.fromkeys(("new", "rexs", "export", "report"), "exchange"),
 }
 
@@ -164,7 +169,8 @@ def _heavy(module: str, name: str) -> Callable[..., Value]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="semiwear", description="Gear tooth wear, from a scene to a worn flank.")
+    text = "Gear tooth wear, from a scene to a worn flank."
+    parser: argparse.ArgumentParser = Parser(prog="semiwear", description=text)
     parser.add_argument("--version", action="version", version=f"semiwear {sw.__version__}")
     parser.add_argument(
         "--print-completion", action=PrintCompletion, choices=("bash", "zsh", "tcsh"), metavar="SHELL",

@@ -1,4 +1,4 @@
-"""Values on the command line: numbers of options, and ``--set KEY=VALUE``."""
+"""Values on the command line: numbers of options, ``--set KEY=VALUE``, and what cannot be parsed."""
 
 from __future__ import annotations
 
@@ -7,12 +7,35 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import NoReturn
 
-from semiwear.errors import Problem
+from semiwear.errors import Problem, SemiwearError
 from semiwear.scene.rule import Rule
 from semiwear.scene.values import meant_number
 from semiwear.targets import PAGES, RESULTS, file_target, target_problems
 from semiwear.untyped import Value
+
+
+class UsageError(SemiwearError):
+    """There is no such command or option, or one is missing.
+
+    Attributes
+    ----------
+    usage : str
+        Usage of the command.
+    """
+
+    def __init__(self, message: str, usage: str):
+        super().__init__(message)
+        self.usage = usage
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors can be caught, such as to be written as JSON."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise the error instead of ending the process."""
+        raise UsageError(f"{self.prog}: {message}", self.format_usage())
 
 
 def number_within(rule: Rule) -> Callable[[str], Value]:

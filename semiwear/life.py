@@ -1,8 +1,9 @@
 """Life until wear reaches a depth, and what it depends on: table `[effects.run_life]`.
 
 The flanks are worn again, from unworn, in implicit steps of about equal depth, each in two stages: a life of 8 um
-is 8 % too long in three plain steps, 1 % in three of two stages. The last one ends where the greatest wear depth of a
-body's flank is the limit. The end of the run itself does not matter.
+is 8 % too long in three plain steps, 1 % in three of two stages. Where wear nearly stops, there are more steps, each
+at most 1.5 times as long as all before it. The last one ends where the greatest wear depth of a body's flank is the
+limit. The end of the run itself does not matter.
 
 Other torques take the same steps once more; their lives follow from the depth at the end, which is near the limit,
 and the wear rate there. The wear coefficient needs none: a life is exactly inverse to it.
@@ -32,6 +33,7 @@ ReportStep = Callable[[int, int, str], None]
 
 _WEAR = "wear"  # end of a life that no failure mode ends
 _MOST_MESHES = 1e15  # of a step, a million years at 2000 rev/min: a flank that takes longer wears no further
+_GROWTH = 1.5  # of the meshes before it, the greatest length of a step that may reach the limit: see `_last_steps`
 _ENDLESS = 1e30  # meshes after which a flank that wears no further is rated once more
 _TORQUE_CHANGE = 0.05  # to either side: the grid's resolution of the greatest depth is 0.2 % of the life
 _TOLERANCE = 1e-5  # of the limit
@@ -227,6 +229,10 @@ class _Counter:
             self._report(self._done, self._total, f"{self._text}{self._part}")
 
 
+class _StepTooLongError(Exception):
+    """A step to the limit would be much longer than all before it."""
+
+
 @dataclass(frozen=True)
 class _Path:
     """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and their states.
@@ -277,21 +283,55 @@ def _path_to(
         passed.append(state)
     if rate <= 0.0:
         return _Path(taken, 0.0, passed, _stopped(body, now, limit))
-    depths = [(0.0, now)]
+    return _last_steps(worn, body, limit, rate, taken, passed)
 
-    tried: dict[float, WearState] = {}
 
-    def beyond(length: float) -> float:
-        if length > _MOST_MESHES:
-            raise EndlessWearError(_stopped(body, depths[-1][1], limit))
-        tried[length] = worn(state, length)
-        depths.append((length, _greatest(tried[length], body)))
-        return depths[-1][1] - limit
+def _last_steps(
+    worn: Callable[[WearState, float], WearState],
+    body: int,
+    limit: float,
+    rate: float,
+    taken: list[float],
+    passed: list[WearState],
+) -> _Path:
+    """The path whose last step ends at the limit, from one that ends before it.
 
-    try:
-        last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
-    except EndlessWearError as error:
-        return _Path(taken, 0.0, [*passed, *(tried[length] for length in sorted(tried))], str(error))
+    Where a film comes to carry nearly all load, the wear rate falls by orders of magnitude. A single implicit step
+    over many times the meshes before it then has several solutions, in which the film carries all load or not, and
+    ends at the limit by chance. Such a step is therefore divided.
+    """
+    while True:
+        state, now = passed[-1], _greatest(passed[-1], body)
+        reach = _GROWTH * sum(taken) or inf
+        depths = [(0.0, now)]
+        tried: dict[float, WearState] = {}
+
+        def beyond(
+            length: float,
+            state: WearState = state,
+            reach: float = reach,
+            depths: list[tuple[float, float]] = depths,
+            tried: dict[float, WearState] = tried,
+        ) -> float:
+            if length > _MOST_MESHES:
+                raise EndlessWearError(_stopped(body, depths[-1][1], limit))
+            if length > reach:
+                raise _StepTooLongError
+            tried[length] = worn(state, length)
+            depths.append((length, _greatest(tried[length], body)))
+            return depths[-1][1] - limit
+
+        try:
+            trial = (limit - now) / rate if rate > 0.0 else inf
+            last = _zero_of(beyond, now - limit, min(trial, reach), _TOLERANCE * limit)
+            break
+        except _StepTooLongError:  # the longest step that was tried falls short of the limit, and is taken
+            length = max(tried)
+            rate = (_greatest(tried[length], body) - now) / length
+            taken.append(length)
+            passed.append(tried[length])
+        except EndlessWearError as error:
+            return _Path(taken, 0.0, [*passed, *(tried[length] for length in sorted(tried))], str(error))
     # slope at the end: between the last length and the one before, or one whose depth differs by more than a jump
     length_1, depth_1 = depths[-1]
     jumped = abs(depth_1 - limit) > _TOLERANCE * limit

@@ -68,12 +68,15 @@ def simulate(
     compared: Compared | None = None,
     last: bool = False,
     groups: Collection[str] | None = None,
+    peaks: Collection[int] | None = None,
 ) -> xr.DataTree:
     """Wear the flanks of a scene with its own numerics, whatever accuracy it requests.
 
     Arguments, result and errors are those of `semiwear.simulate`; `compared` is that of `Plan`. With `last` the
     result holds the last wear state only, unless failure modes are rated, which needs them all. With `groups` it
-    holds only these, `history` and ratings.
+    holds only these, `history` and ratings. With `peaks`, the peaks of the transmission error that
+    ``numerics.peak_positions`` asks for are found in these wear states alone (-1 for the last); its amplitude in
+    the others is that of the roll positions.
     """
     require_run(scene, checkpoint, resume)
     kept: Keeper = NoCheckpoint()
@@ -81,7 +84,8 @@ def simulate(
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
     compile_ahead(kernels_of(scene), scene.numerics.threads)
     with kept, using_threads(scene.numerics.threads):
-        return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress(), last, groups)
+        physics = replace(plan(scene), compared=compared)
+        return _simulated(physics, kept, progress or NoProgress(), last, groups, peaks)
 
 
 def require_run(scene: Scene, checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
@@ -101,7 +105,12 @@ def wear_problems(scene: Scene) -> list[Problem]:
 
 
 def _simulated(
-    physics: Plan, kept: Keeper, progress: Progress, last: bool, only: Collection[str] | None
+    physics: Plan,
+    kept: Keeper,
+    progress: Progress,
+    last: bool,
+    only: Collection[str] | None,
+    peaks: Collection[int] | None,
 ) -> xr.DataTree:
     clock = _Clock()
     teeth = physics.loaded_teeth()
@@ -125,7 +134,8 @@ def _simulated(
         stopped = error
     clock.lap(_WEARING)
     first = len(states) - 1 if last and not physics.rates else 0
-    tree = _result(physics, teeth, stepper, states, clock, life, first, only)
+    with_peaks = range(len(states)) if peaks is None else [range(len(states))[k] for k in peaks]
+    tree = _result(physics, teeth, stepper, states, clock, life, first, only, with_peaks)
     if stopped is not None:
         message = f"{stopped} ({_kept_of(len(states) - 1)})"
         if isinstance(stopped, EndlessWearError):
@@ -227,13 +237,14 @@ def _result(
     life: collect.Arrays,
     first: int,
     only: Collection[str] | None,
+    with_peaks: Collection[int],
 ) -> xr.DataTree:
     """Result of the wear states from `first` on, in some groups or in all."""
     reported_states = states[first:]
     contacts = [state.contact for state in reported_states]
     fresh = fresh_sweep(teeth.pair, teeth.lines)
     pressures = in_threads(teeth.pressures, contacts)
-    parts = _parts(physics, stepper, reported_states, pressures, fresh)
+    parts = _parts(physics, stepper, reported_states, pressures, fresh, [k - first for k in with_peaks])
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     if only is None or "flank" in only:
         groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
@@ -280,6 +291,7 @@ def _parts(
     states: Sequence[WearState],
     pressures: Sequence[SlicePressures],
     fresh: Sweep,
+    with_peaks: Collection[int],
 ) -> list[dict[str, collect.Arrays]]:
     """Arrays of every wear state by itself, group by group."""
     teeth, point = stepper.teeth, physics.control_point(stepper.teeth)
@@ -299,12 +311,12 @@ def _parts(
         return part
 
     parts = in_threads(own, range(len(states)))
-    for part, state, pressure in zip(parts, states, pressures, strict=True):
+    for k, (part, state, pressure) in enumerate(zip(parts, states, pressures, strict=True)):
         contact = state.contact
         engagement, once = collect.observed(teeth, contact, pressure, observers, physics.clock)
         part["engagement"] |= engagement
         part["history"] |= once
-        if physics.scene.numerics.peak_positions is not None:
+        if physics.scene.numerics.peak_positions is not None and k in with_peaks:
             part["history"]["transmission_error_amplitude"] = np.asarray(
                 error_amplitude(physics, stepper.teeth, contact)
             )

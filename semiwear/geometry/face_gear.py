@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, cos, hypot, pi, sin, sqrt, tan
+from math import atan2, cos, hypot, inf, pi, sin, sqrt, tan
 from typing import TypeVar
 
 import numpy as np
@@ -22,6 +22,7 @@ from semiwear.geometry.section import RackRim, ToothSection
 Number = TypeVar("Number", float, FloatArray)
 
 _PASSES = 40  # of the fixed points and Newton iterations below, which need fewer than ten
+_FARTHEST = 1000.0  # pitch radii at which a tooth may still become pointed
 
 
 @dataclass(frozen=True)
@@ -264,12 +265,18 @@ class FaceGearTooth:
         return max(radii) if radii else self.shaper_base_radius / self.ratio
 
     def pointing_radius(self) -> float:
-        """Gear radius at which the two flanks of a tooth meet in the tip plane [mm], at least the pitch radius."""
-        inner, outer = self.pitch_radius, self.pitch_radius
-        while self.half_thickness(outer, self.gear_addendum) > 0.0 and outer < 4.0 * self.pitch_radius:
-            outer += 0.02 * self.pitch_radius
+        """Gear radius at which the two flanks of a tooth meet in the tip plane [mm], at least the pitch radius.
+
+        Infinite if they do not meet within a thousand pitch radii: a shaper of few teeth with a great pressure angle
+        cuts teeth that stay wide at any radius.
+        """
+        inner = outer = self.pitch_radius
         if self.half_thickness(inner, self.gear_addendum) <= 0.0:
             return inner
+        while self.half_thickness(outer, self.gear_addendum) > 0.0:
+            if outer > _FARTHEST * inner:
+                return inf
+            outer *= 1.02
         return float(brentq(lambda radius: self.half_thickness(radius, self.gear_addendum), inner, outer))
 
     def fillet(self, radius: float, points: int = 41) -> FloatArray:

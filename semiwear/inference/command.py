@@ -61,7 +61,7 @@ from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
-from semiwear.sweep.study_file import Study, flat_fields, read_study
+from semiwear.sweep.study_file import Study, read_study, table_of_fields
 from semiwear.targets import PAGES, file_target, require_apart, target_problems
 from semiwear.untyped import Table, Value
 
@@ -97,7 +97,8 @@ def run_inference(
     read = read_study(study, _NAMES, problems, options=())
     if read is None:
         raise SceneError(problems, study)
-    given, lives, unknown = _observations(read, problems), _lives(read, problems), _unknown(read, problems)
+    given, lives = _observations(read, problems), _lives(read, problems)
+    unknown = table_of_fields(read.tables.get("unknown", {}))
     observed = list(given.values())
     if read.vary:
         fix = "name priors under [unknown]; [vary] is for semiwear sweep"
@@ -132,21 +133,10 @@ def _lines(
     return lines
 
 
-def _unknown(read: Study, problems: list[Problem]) -> Table:
-    """Priors by dotted key."""
-    given = read.tables.get("unknown", {})
-    if isinstance(given, Mapping):
-        return dict(flat_fields(given))
-    problems.append(Problem("unknown", shown(given), "a table", "write the header [unknown] above its fields"))
-    return {}
-
-
 def _further_problems(
-    read: Study, unknown: Table, given: dict[str, Observation], options: Table
+    read: Study, unknown: Value, given: dict[str, Observation], options: Table
 ) -> Sequence[Problem]:
     """Problems that an inference finds in the readable part of the file."""
-    if not unknown:
-        return []
     try:
         plan_inference(read.scene, unknown, list(given.values()), **options)
     except SceneError as error:

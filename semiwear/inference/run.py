@@ -177,11 +177,11 @@ def plan_inference(
         )
     problems += [_of_the_run(key) for key in keys if isinstance(key, str) and key.startswith(_OF_THE_RUN)]
     sampling = Sampling(64, seed)
-    if scene is None:
-        raise SceneError([*problems, *sampling.problems()], "infer")
     priors: dict[str, Distribution] = {}
     with Collected(problems):
-        priors, _ = draw(scene, unknown, sampling)
+        priors, _ = draw(scene, unknown, sampling, "unknown")
+    if scene is None:
+        raise SceneError(problems, "infer")
     wear = scene.wear
     if wear is None:  # measured wear cannot be read without a body that wears
         fix = "give wear.coefficient_mm2_per_N, a first guess"

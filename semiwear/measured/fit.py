@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
@@ -85,7 +85,7 @@ class PartFit:
 
 def half_interval(error: float, freedom: float, confidence: float) -> float:
     """Half-width of a confidence interval from a standard uncertainty, by Student's t."""
-    return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * error
+    return float(scipy.stats.t.ppf(0.5 + 0.5 * confidence, freedom)) * error
 
 
 def datum_modes(measured: MeasuredWear, motions: Sequence[str]) -> tuple[tuple[str, ...], FloatArray]:

@@ -22,8 +22,7 @@ from dataclasses import dataclass
 from math import exp, isfinite, log, sqrt
 
 import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student
+import scipy
 
 from semiwear.errors import SceneError
 from semiwear.plain_text import folded
@@ -100,7 +99,7 @@ class LifeSpread:
             For a share not between 0 and 1.
         """
         require_share(share)
-        score = norm.ppf(share) if np.isinf(self.freedom) else student.ppf(share, self.freedom)
+        score = scipy.stats.norm.ppf(share) if np.isinf(self.freedom) else scipy.stats.t.ppf(share, self.freedom)
         return self.median * exp(float(score) * self.log_deviation)
 
     def hours(self, share: float) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 from semiwear.accuracy.resolution import PARAMETERS
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
-from semiwear.optimise.quantity import Limit, Quantity, measure_of_quantities
+from semiwear.optimise.quantity import WITH_PEAKS, Limit, Quantity, measure_of_quantities
 from semiwear.optimise.space import Space
 from semiwear.scene import Scene
 from semiwear.scene.tables import MOST_PEAK_POSITIONS
@@ -23,7 +23,6 @@ from semiwear.sweep.scenes import Task
 COARSE, OWN, DOUBLED = RESOLUTIONS = ("coarse", "own", "doubled")
 """Resolutions of a design: that of the search, the scene's own, and twice that."""
 
-_WITH_PEAKS = "/history/transmission_error_amplitude"
 _PEAK_POSITIONS = 192  # of [numerics]
 _GRID = tuple(parameter for parameter in PARAMETERS if parameter.name != "harmonics")
 
@@ -143,7 +142,7 @@ class Designs:
         SceneError
             The scene is not valid.
         """
-        peaks = _WITH_PEAKS in self._measure.variables
+        peaks = WITH_PEAKS in self._measure.variables
         return at_resolution(self.scene.replace(self.space.changes(point)), resolution, peaks=peaks)
 
     def violation(self, design: Design, bounds: FloatArray) -> float:

@@ -22,6 +22,10 @@ from semiwear.sweep.measure import Measure, Measured
 _GROUPS = ("history", "life")
 _TIMES = ("end", "unworn", "worst")
 _STEPS = "wear_step"
+_STATES = {"unworn": 0, "end": -1}
+WITH_PEAKS = "/history/transmission_error_amplitude"
+"""The quantity that may be found with its peaks between roll positions."""
+
 _TEXT = re.compile(r"\s*(?P<name>\w+)\s*(\[(?P<which>[\w\s,]*)\])?\s*")
 _LIMIT = re.compile(
     r"\s*(?P<sign><=|>=)\s*(?P<value>[-+]?([0-9]+[.]?[0-9]*|[.][0-9]+)(e[-+]?[0-9]+)?)\s*", re.IGNORECASE
@@ -188,9 +192,14 @@ def _needed(key: str, needed: bool | str) -> str:
 
 
 def measure_of_quantities(quantities: Sequence[Quantity]) -> Measure:
-    """Variables to read off results for the quantities; only of the last wear state if none needs another."""
+    """Variables to read off results for the quantities; only of the last wear state if none needs another.
+
+    Peaks of the transmission error are found in the wear states that its amplitude is asked for.
+    """
     paths = tuple(dict.fromkeys(quantity.path for quantity in quantities))
-    return Measure(paths, last=all(quantity.time == "end" for quantity in quantities))
+    times = {quantity.time for quantity in quantities if quantity.path == WITH_PEAKS}
+    peaks = None if "worst" in times else tuple(_STATES[time] for time in sorted(times))
+    return Measure(paths, last=all(quantity.time == "end" for quantity in quantities), peaks=peaks)
 
 
 def limits_of(subject_to: object, problems: list[Problem]) -> tuple[Limit, ...]:

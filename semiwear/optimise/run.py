@@ -138,12 +138,11 @@ def plan_search(
     """
     problems: list[Problem] = []
     space = None
-    if scene is not None:
-        with Collected(problems):
-            space = space_of(scene, vary)
-            if len(space.fields) > _MOST_FIELDS:
-                fix = "vary those that `screen` or a sweep calls for"
-                problems.append(Problem("vary", len(space.fields), f"at most {_MOST_FIELDS} fields", fix))
+    with Collected(problems):
+        space = space_of(scene, vary)
+        if len(space.fields) > _MOST_FIELDS:
+            fix = "vary those that `screen` or a sweep calls for"
+            problems.append(Problem("vary", len(space.fields), f"at most {_MOST_FIELDS} fields", fix))
     aims = _aims(minimise, maximise, problems)
     limits = limits_of(subject_to, problems)
     judged = [("minimise" if aim.minimise else "maximise", aim.quantity) for aim in aims]
@@ -157,7 +156,7 @@ def plan_search(
         problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))
     if workers is not None and (not is_whole(workers) or workers < 0):
         problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
-    if problems or space is None:
+    if problems or scene is None or space is None:
         raise SceneError(problems, "optimise")
     return Search(space, aims, limits, count)
 

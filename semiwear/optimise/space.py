@@ -109,10 +109,11 @@ def scene_value(scene: Scene, key: str) -> Value:
     return data
 
 
-def space_of(scene: Scene, vary: object) -> Space:
+def space_of(scene: Scene | None, vary: object) -> Space:
     """Space of the designs that vary fields over ranges ``(low, high)`` or lists of choices, by dotted key.
 
-    A range of a field that takes whole numbers, such as a number of teeth, becomes the list of all of them.
+    A range of a field that takes whole numbers, such as a number of teeth, becomes the list of all of them. Without a
+    scene, fields and values are checked for a scene of any kind of gear pair.
 
     Raises
     ------

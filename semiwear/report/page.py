@@ -20,7 +20,7 @@ from semiwear.report.ratings import ratings_section
 from semiwear.report.turning import script_hashes
 from semiwear.report.verdicts import verdicts_section
 from semiwear.report.writing import page_of, page_target, write_page
-from semiwear.results.life_axis import life_in
+from semiwear.results.life_axis import counted_in
 
 
 def write_report(
@@ -67,7 +67,7 @@ def write_report(
     if against is not None:
         TwoResults.of(tree, against)  # refuses results of different flanks before pictures are drawn
     with styled():  # MissingExtraError before anything is drawn
-        page = _page(ReportData(tree, against, life_in(tree, over)))
+        page = _page(ReportData(tree, against, counted_in(tree, over, "over")))
     write_page(target, page)
     return Path(path)
 

@@ -35,15 +35,20 @@ def life_in(tree: xr.DataTree, unit: str) -> xr.DataTree:
     SceneError
         There is no such unit, or the scene gives no speed for hours.
     """
+    return counted_in(tree, unit, "unit")
+
+
+def counted_in(tree: xr.DataTree, unit: str, argument: str) -> xr.DataTree:
+    """The result of `life_in` for a unit that the user gave as the named argument, which errors tell."""
     if unit not in LIFE_UNITS:
-        raise SceneError.of("over", unit, one_of(LIFE_UNITS), "choose one of them")
+        raise SceneError.of(argument, unit, one_of(LIFE_UNITS), "choose one of them")
     if unit == "meshes" or "history" not in tree.children:
         return tree
     if unit == "hours":
         values, attrs = hours_of(tree), {"units": "h", "long_name": "running time"}
         if values is None:
             fix = "set operation.pinion_speed_rpm and run again, or choose meshes or km"
-            raise SceneError.of("over", unit, "a result of a scene with a speed", fix)
+            raise SceneError.of(argument, unit, "a result of a scene with a speed", fix)
     else:
         body = main_body(tree)
         values, attrs = _slid(tree, body), {"units": "km", "long_name": f"sliding of the {body}'s flank"}

@@ -35,8 +35,8 @@ from semiwear.scene.values import is_number, shown
 from semiwear.sweep.command import Ended, Prepared, prepare_sweep
 from semiwear.sweep.page import QUANTITIES
 from semiwear.sweep.run import Job
-from semiwear.sweep.study_file import Study, flat_fields
-from semiwear.untyped import Table, Value
+from semiwear.sweep.study_file import Study, table_of_fields
+from semiwear.untyped import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,14 +71,16 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
         if name in study.options:
             fix = "remove it: samples stand side by side, and of each the end of its run counts"
             problems.append(Problem(name, shown(study.options[name]), "left out beside [scatter]", fix))
-    distributions = _fields(given["scatter"], problems)
+    distributions = table_of_fields(given["scatter"])
     numbers = {argument.name: given[argument.name] for argument in fields(Sampling) if argument.name in given}
     sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})
     before = _before(given, problems)
     ready = None
     with Collected(problems):
         measure = study.options.get("measure")
-        ready = read_scatter(study.scene, distributions, sampling, measure=measure, crew=(workers, None))
+        ready = read_scatter(
+            study.scene, distributions, sampling, measure=measure, crew=(workers, None), argument="scatter"
+        )
     if problems or ready is None:
         raise SceneError(problems, str(study.path))
 
@@ -89,13 +91,6 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
         return Ended(found.samples, _whole(found, reached), "\n".join([str(found), *lines]), _sections(found, lines))
 
     return Prepared(ready.job, ended)
-
-
-def _fields(raw: Value, problems: list[Problem]) -> Table:
-    if not isinstance(raw, Mapping):
-        problems.append(Problem("scatter", shown(raw), "a table", "write the header [scatter] above its fields"))
-        return {}
-    return dict(flat_fields(raw))
 
 
 def _before(given: Table, problems: list[Problem]) -> list[float]:

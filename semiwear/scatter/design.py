@@ -13,7 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm, qmc
+import scipy
+from scipy.special import ndtr, ndtri
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import Problem
@@ -60,10 +61,10 @@ def design(
     """
     fields = len(distributions)
     columns = 2 * fields if paired else fields
-    share = qmc.Sobol(columns, scramble=True, seed=np.random.default_rng(seed)).random(count)
+    share = scipy.stats.qmc.Sobol(columns, scramble=True, seed=np.random.default_rng(seed)).random(count)
     share = np.clip(share, _LEAST, 1.0 - _LEAST)
     if matrix is not None:
-        share = norm.cdf(norm.ppf(share) @ np.linalg.cholesky(matrix).T)
+        share = ndtr(ndtri(share) @ np.linalg.cholesky(matrix).T)
 
     def values(shares: FloatArray) -> FloatArray:
         return np.stack([distribution.quantile(shares[:, k]) for k, distribution in enumerate(distributions)], axis=1)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from math import inf, log
 from sys import float_info
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -20,6 +20,9 @@ from semiwear.measured.life_spread import log_deviation
 from semiwear.scene import Scene
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
+from semiwear.untyped import Table
+
+_COEFFICIENT = "wear.coefficient_mm2_per_N"
 
 USUAL_VARIATION = 0.5
 """Coefficient of variation of the wear coefficient from part to part if it is unknown: tests of equal parts
@@ -179,13 +182,22 @@ def usual_wear_coefficient(scene: Scene) -> LogNormal:
     """
     found = None if scene.wear is None else scene.wear.coefficient_mm2_per_N
     if not isinstance(found, float | int):
-        field = "wear.coefficient_mm2_per_N"
-        raise SceneError.of(field, shown(found), "one number for both bodies", "give the distribution in full")
+        raise SceneError.of(_COEFFICIENT, shown(found), "one number for both bodies", "give the distribution in full")
     return LogNormal(float(found), USUAL_VARIATION)
 
 
-def read_distribution(field: str, raw: object, scene: Scene, problems: list[Problem]) -> Distribution | None:
-    """A distribution from a table of a study file, or the given one; None, and problems, if it is none."""
+def median_is_the_scenes(field: str, raw: object) -> bool:
+    """Whether a distribution of a study file has the wear coefficient of the scene as its median."""
+    named = isinstance(raw, Mapping) and raw.get("distribution") == "lognormal"
+    return named and field == _COEFFICIENT and "median" not in cast(Table, raw)
+
+
+def read_distribution(field: str, raw: object, scene: Scene | None, problems: list[Problem]) -> Distribution | None:
+    """A distribution from a table of a study file, or the given one; None, and problems, if it is none.
+
+    Without a scene, a median that is the scene's is 1.
+    """
+    its_median = median_is_the_scenes(field, raw)
     if isinstance(raw, Mapping):
         raw = _from_table(field, raw, scene, problems)
         if raw is None:
@@ -194,12 +206,14 @@ def read_distribution(field: str, raw: object, scene: Scene, problems: list[Prob
         allowed = "Normal, LogNormal, Uniform or Triangular"
         problems.append(Problem(field, shown(raw), allowed, "give e.g. Normal(mean=1600, deviation=80)"))
         return None
-    wrong = _not_numbers(field, raw) or raw.problems(field) or _nothing_left(field, raw)
+    wrong = _not_numbers(field, raw) or raw.problems(field)
+    if not wrong and not (scene is None and its_median):
+        wrong = _nothing_left(field, raw)
     problems += wrong
     return None if wrong else raw
 
 
-def _from_table(field: str, table: Mapping[str, object], scene: Scene, problems: list[Problem]) -> object:
+def _from_table(field: str, table: Mapping[str, object], scene: Scene | None, problems: list[Problem]) -> object:
     name = table.get("distribution")
     kind = DISTRIBUTIONS.get(name) if isinstance(name, str) else None
     allowed = " or ".join(f'"{known}"' for known in DISTRIBUTIONS)
@@ -213,9 +227,9 @@ def _from_table(field: str, table: Mapping[str, object], scene: Scene, problems:
         problems.append(Problem(f"{field}, distribution", shown(name), allowed, fix))
         return None
     given = {key: value for key, value in table.items() if key != "distribution"}
-    if kind is LogNormal and field == "wear.coefficient_mm2_per_N" and "median" not in given:
+    if median_is_the_scenes(field, table):
         try:
-            usual = usual_wear_coefficient(scene)
+            usual = LogNormal(1.0, USUAL_VARIATION) if scene is None else usual_wear_coefficient(scene)
             given = {"median": usual.median, "variation": usual.variation} | given
         except SceneError as error:
             problems += error.problems

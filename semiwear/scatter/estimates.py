@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import beta, binom
+import scipy
 
 from semiwear.arrays import BoolArray, FloatArray
 
@@ -55,8 +55,8 @@ def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
     ordered = np.sort(np.asarray(values, float))
     n, miss = ordered.size, 0.5 * (1.0 - confidence)
     # the k-th least is above the quantile if fewer than k samples are below it: binomial
-    low = int(binom.ppf(miss, n, share))
-    high = int(binom.ppf(1.0 - miss, n, share)) + 1
+    low = int(scipy.stats.binom.ppf(miss, n, share))
+    high = int(scipy.stats.binom.ppf(1.0 - miss, n, share)) + 1
     # no interpolation between a life and one without end
     method: Literal["median_unbiased", "inverted_cdf"] = (
         "median_unbiased" if np.isfinite(ordered).all() else "inverted_cdf"
@@ -72,8 +72,8 @@ def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
 def probability(hits: BoolArray, confidence: float) -> Estimate:
     """The probability of a condition, from samples that meet it or not."""
     n, count, miss = hits.size, int(hits.sum()), 0.5 * (1.0 - confidence)
-    low = float(beta.ppf(miss, count, n - count + 1)) if count else 0.0
-    high = float(beta.ppf(1.0 - miss, count + 1, n - count)) if count < n else 1.0
+    low = float(scipy.stats.beta.ppf(miss, count, n - count + 1)) if count else 0.0
+    high = float(scipy.stats.beta.ppf(1.0 - miss, count + 1, n - count)) if count < n else 1.0
     return Estimate(count / n, low, high)
 
 

@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from semiwear.arrays import FloatArray
 from semiwear.emulator import LEAST_RUNS, require_emulator
 from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scatter.design import Design, design, read_correlation
-from semiwear.scatter.distributions import Distribution, read_distribution
+from semiwear.scatter.distributions import Distribution, median_is_the_scenes, read_distribution
 from semiwear.scatter.emulated import emulated_samples, first_solved
 from semiwear.scatter.statistics import Scatter
 from semiwear.scene import Scene
 from semiwear.scene.edit import unknown_field
-from semiwear.scene.schema import schema_of_scene
+from semiwear.scene.rule import Rule
+from semiwear.scene.schema import schemas_of_scene
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress, wear_problems
 from semiwear.sweep.bar import progress_receiver
@@ -32,6 +34,7 @@ from semiwear.untyped import Value
 if TYPE_CHECKING:
     from distributed import Client
 
+_DISTRIBUTIONS = "distributions"
 _MOST_SAMPLES = 1 << 20
 _LEAST_EMULATED = 1 << (LEAST_RUNS - 1).bit_length()
 
@@ -217,8 +220,11 @@ def read_scatter(
     *,
     measure: str | Sequence[str] | None = None,
     crew: tuple[int | str | None, Client | None] = (None, None),
+    argument: str = _DISTRIBUTIONS,
 ) -> ScatterJob:
     """The samples of arguments of `scatter`; `crew` holds `workers` and `client` of `sweep`.
+
+    Errors name the distributions by `argument`.
 
     Raises
     ------
@@ -229,11 +235,9 @@ def read_scatter(
     """
     problems: list[Problem] = []
     read, drawn = dict[str, Distribution](), None
-    if scene is None:
-        problems += sampling.problems()
-    else:
-        with Collected(problems):
-            read, drawn = draw(scene, distributions, sampling)
+    with Collected(problems):
+        read, drawn = draw(scene, distributions, sampling, argument)
+    if scene is not None:
         problems += wear_problems(scene)
     with Collected(problems):
         measure_of(measure, "last")
@@ -255,9 +259,14 @@ def _table(drawn: Design, fields: Sequence[str], count: int) -> dict[str, list[f
 
 
 def draw(
-    scene: Scene, distributions: Mapping[str, Distribution], sampling: Sampling
+    scene: Scene | None,
+    distributions: Mapping[str, Distribution],
+    sampling: Sampling,
+    argument: str = _DISTRIBUTIONS,
 ) -> tuple[dict[str, Distribution], Design]:
-    """The distributions of fields, and their samples.
+    """The distributions of fields, and their samples; without a scene only for their faults.
+
+    `argument` is what the caller, or the table of a study file, calls the distributions.
 
     Raises
     ------
@@ -268,40 +277,49 @@ def draw(
     if not isinstance(distributions, Mapping) or not distributions:
         allowed = "a mapping from dotted keys to distributions"
         fix = 'give e.g. {"operation.pinion_torque_Nm": Normal(1600, 80)}'
-        raise SceneError([*problems, Problem("distributions", shown(distributions), allowed, fix)], "scatter")
-    schema = schema_of_scene(scene)
+        if argument != _DISTRIBUTIONS:
+            entry = 'operation.pinion_torque_Nm = {distribution = "normal", mean = 1600, deviation = 80}'
+            fix += f"; in a study file {entry} under the header [{argument}]"
+        raise SceneError([*problems, Problem(argument, shown(distributions), allowed, fix)], "scatter")
     read: dict[str, Distribution | None] = {}
     for key in distributions:
-        if key not in schema.rules:
+        if not _rules(scene, key):
             problems += unknown_field(scene, key, shown(distributions[key]))
     for key, raw in distributions.items():
         wrong: list[Problem] = []
         read[key] = read_distribution(key, raw, scene, wrong)
         # what a misspelt field's distribution lacks may be known of the field that was meant
-        problems += [one for one in wrong if key in schema.rules or one.value is not None]
+        problems += [one for one in wrong if _rules(scene, key) or one.value is not None]
     matrix = read_correlation(list(read), sampling.correlation, problems)
     known = {key: own for key, own in read.items() if own is not None}
     if problems:
         raise SceneError(problems, "scatter")
     found = design(list(known.values()), sampling.samples, sampling.seed, matrix=matrix, paired=sampling.sensitivity)
-    problems += _out_of_range(scene, known, found)
+    unsettled = {key for key, raw in distributions.items() if scene is None and median_is_the_scenes(key, raw)}
+    ranges = {key: _rules(scene, key) for key in known if key not in unsettled}
+    problems += _out_of_range(ranges, dict(zip(known, found.values.T, strict=True)))
     if problems:
         raise SceneError(problems, "scatter")
     return known, found
 
 
-def _out_of_range(scene: Scene, known: Mapping[str, Distribution], found: Design) -> list[Problem]:
-    """Problems of fields whose samples are refused, one for each field."""
-    rules, problems = schema_of_scene(scene).rules, []
-    for k, key in enumerate(known):
-        if key not in rules:
-            continue
-        wrong = [value for value in found.values[:, k] if rules[key].apply(key, float(value))[1] is not None]
+def _rules(scene: Scene | None, key: str) -> list[Rule]:
+    """Rules of a field: of the scene's kind of gear pair, or of all that have it."""
+    return [schema.rules[key] for schema in schemas_of_scene(scene) if key in schema.rules]
+
+
+def _out_of_range(ranges: Mapping[str, list[Rule]], columns: Mapping[str, FloatArray]) -> list[Problem]:
+    """Problems of fields whose samples are refused by every rule of theirs, one for each field."""
+    problems = []
+    for key, rules in ranges.items():
+        drawn = columns[key]
+        wrong = [x for x in drawn if rules and all(rule.apply(key, float(x))[1] is not None for rule in rules)]
         if wrong:
-            distance = np.abs(np.array(wrong) - np.median(found.values[:, k]))
+            distance = np.abs(np.array(wrong) - np.median(drawn))
             worst = wrong[int(np.argmax(distance))]
-            fix = f"{len(wrong)} of {len(found.values)} samples: cut the distribution off with low and high"
-            if "whole number" in rules[key].allowed:
+            allowed = " or ".join(dict.fromkeys(rule.allowed for rule in rules))
+            fix = f"{len(wrong)} of {len(drawn)} samples: cut the distribution off with low and high"
+            if "whole number" in allowed:
                 fix = "a whole number does not scatter: vary it in a sweep"
-            problems.append(Problem(key, f"samples as far out as {worst:.4g}", rules[key].allowed, fix))
+            problems.append(Problem(key, f"samples as far out as {worst:.4g}", allowed, fix))
     return problems

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from semiwear.errors import Problem
+from semiwear.scene.closest import closeness
 from semiwear.scene.model import SceneTables
 from semiwear.scene.named_data import NAMING, dropped_with
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
@@ -46,9 +47,17 @@ def edited(scene: Mapping[str, Value], changes: Mapping[str, Value]) -> tuple[Ta
     return data, problems
 
 
-def unknown_field(scene: SceneTables, key: str, value: Value) -> list[Problem]:
-    """The problem of a dotted key that the scene cannot have, given a value; none of one that it can."""
-    return edited(to_dict(scene, without_derived=True), {key: value})[1]
+def unknown_field(scene: SceneTables | None, key: str, value: Value) -> list[Problem]:
+    """The problem of a dotted key that the scene cannot have, given a value; none of one that it can.
+
+    Without a scene: of a key that a scene of no kind of gear pair can have.
+    """
+    if scene is not None:
+        return edited(to_dict(scene, without_derived=True), {key: value})[1]
+    if key and any(key in schema.rules or key in schema.tables for schema in SCHEMAS.values()):
+        return []
+    nearest = max(SCHEMAS.values(), key=lambda schema: max(closeness(key, own) for own in schema.rules))
+    return [_unknown(key, value, nearest)]
 
 
 def _set(data: Table, key: str, value: Value) -> None:

@@ -168,6 +168,11 @@ def schema_of_scene(scene: SceneTables) -> Schema:
     return next(schema for schema in SCHEMAS.values() if schema.pair is type(scene.gear_pair))
 
 
+def schemas_of_scene(scene: SceneTables | None) -> list[Schema]:
+    """The schema of a scene; those of all kinds of gear pair without one."""
+    return list(SCHEMAS.values()) if scene is None else [schema_of_scene(scene)]
+
+
 def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection[str]) -> Options:
     """The tables of a scene, as arguments of `SceneTables`.
 

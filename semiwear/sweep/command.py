@@ -96,18 +96,7 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
     SceneError
         With all faults of the fields.
     """
-    problems: list[Problem] = []
-    job = None
-    if not study.vary:
-        allowed = "a table [vary] of fields with their values, or [scatter]"
-        fix = "write, e.g., operation.pinion_torque_Nm = [800, 1600] under the header [vary]"
-        problems.append(Problem("vary", "nothing", allowed, fix))
-    try:
-        job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
-    except SceneError as error:
-        problems += [problem for problem in error.problems if study.vary or problem.field != "vary"]
-    if job is None:
-        raise SceneError(problems, str(study.path))
+    job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
 
     def ended(solve: Callable[[Job], xr.Dataset]) -> Ended:
         found = solve(job)
@@ -144,7 +133,7 @@ def run_study(
         try:
             ready = prepare(read, count)
         except SceneError as error:
-            unread = any(problem.field.startswith("vary.") for problem in problems)
+            unread = any(f"{problem.field}.".startswith("vary.") for problem in problems)
             problems += [
                 fault for fault in error.problems if not (unread and fault.field == "vary" and not read.vary)
             ]

@@ -32,10 +32,14 @@ class Measure:
         Paths, e.g. ``"/history/load_share_max"``, in the order of the schema.
     last : bool
         Whether only the last wear state of every variable is kept.
+    peaks : tuple of int, optional
+        Wear states, -1 for the last, in which peaks of the transmission error between roll positions are found; its
+        amplitude in the others is that of the roll positions. Default: all.
     """
 
     variables: tuple[str, ...]
     last: bool = False
+    peaks: tuple[int, ...] | None = None
 
     @property
     def groups(self) -> frozenset[str]:

@@ -132,7 +132,8 @@ def _simulated(task: Task) -> DataTree:
     if follows_accuracy and task.compared is None:
         return simulate(task.scene)
     last = task.measure.last and not follows_accuracy
-    return simulate_as_given(task.scene, compared=task.compared, last=last, groups=task.measure.groups)
+    groups, peaks = task.measure.groups, task.measure.peaks
+    return simulate_as_given(task.scene, compared=task.compared, last=last, groups=groups, peaks=peaks)
 
 
 @one_blas_thread()

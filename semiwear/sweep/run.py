@@ -159,11 +159,10 @@ def read_job(
     """
     problems = combine_problems(combine)
     variation = measured = None
-    if scene is not None:
-        with Collected(problems):
-            variation = read_variation(scene, vary, combine)
-        if variation is None or all(axis.key != "wear" for axis in variation.axes):
-            problems += wear_problems(scene)
+    with Collected(problems):
+        variation = read_variation(scene, vary, combine)
+    if scene is not None and (variation is None or all(axis.key != "wear" for axis in variation.axes)):
+        problems += wear_problems(scene)
     with Collected(problems):
         measured = measure_of(measure, wear_states)
     count, wrong = workers_of(*crew)

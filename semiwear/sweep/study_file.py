@@ -170,6 +170,11 @@ def flat_fields(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[st
             yield key, value
 
 
+def table_of_fields(raw: Value) -> Value:
+    """A table of a study file with its fields by dotted key; what is no table as it is."""
+    return dict(flat_fields(raw)) if isinstance(raw, Mapping) else raw
+
+
 def _nests(key: str, value: Mapping[str, Value]) -> bool:
     """Whether a table holds fields or tables of a scene under its key, even misspelt ones."""
     is_field = any(key in schema.rules for schema in SCHEMAS.values())

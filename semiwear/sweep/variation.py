@@ -17,7 +17,7 @@ from semiwear.scene import Scene
 from semiwear.scene.closest import closest
 from semiwear.scene.edit import edited, unknown_field
 from semiwear.scene.reading import read_fields
-from semiwear.scene.schema import SCHEMAS, Schema, schema_of_scene, to_dict
+from semiwear.scene.schema import SCHEMAS, Schema, schemas_of_scene, to_dict
 from semiwear.scene.toml_io import write_toml
 from semiwear.scene.values import is_number, shown
 from semiwear.sweep.names import short_names
@@ -31,6 +31,10 @@ SAMPLE = "sample"
 
 _MOST_SHOWN = 20
 _GIVE_LIST = "a list of one or more values"
+_GIVE_FIELDS = (
+    'give e.g. {"operation.pinion_torque_Nm": [800, 1600]}; in a study file operation.pinion_torque_Nm = [800, 1600] '
+    "under the header [vary], or distributions under [scatter]"
+)
 
 
 @dataclass(frozen=True)
@@ -103,13 +107,13 @@ def combine_problems(combine: object) -> list[Problem]:
     return [Problem("combine", shown(combine), '"grid" or "zip"', fix)]
 
 
-def read_variation(scene: Scene, vary: Mapping[str, Sequence[object]] | DataFrame, combine: str) -> Variation:
+def read_variation(scene: Scene | None, vary: Mapping[str, Sequence[object]] | DataFrame, combine: str) -> Variation:
     """Varied fields, checked.
 
     Parameters
     ----------
-    scene : Scene
-        The scene that is varied.
+    scene : Scene or None
+        The scene that is varied; without it, fields and values are checked for a scene of any kind of gear pair.
     vary : mapping or DataFrame
         From dotted key to values; a table is taken row by row.
     combine : str
@@ -155,8 +159,8 @@ def _lists(vary: object, problems: list[Problem]) -> tuple[dict[str, list[Value]
         allowed = "a mapping from dotted keys to lists, or a DataFrame with a column a field"
         raise SceneError.of("vary", shown(vary), allowed, 'give e.g. {"operation.pinion_torque_Nm": [800, 1600]}')
     if not found:
-        fix = 'give e.g. {"operation.pinion_torque_Nm": [800, 1600]}'
-        problems.append(Problem("vary", "nothing", "one or more fields with their values", fix))
+        allowed = "one or more fields with their values"
+        problems.append(Problem("vary", "nothing", allowed, _GIVE_FIELDS))
     return found, labels
 
 
@@ -187,30 +191,37 @@ def _values(key: str, raw: object, problems: list[Problem]) -> list[Value]:
     return [value.item() if isinstance(value, np.generic) else value for value in raw]
 
 
-def _schemas(scene: Scene, lists: Mapping[str, list[Value]]) -> list[Schema]:
-    """Schemas of the scene's kind of gear pair, and of varied kinds."""
+def _schemas(scene: Scene | None, lists: Mapping[str, list[Value]]) -> list[Schema]:
+    """Schemas of the scene's kind of gear pair, and of varied kinds; those of all kinds without a scene."""
     kinds = [kind for kind in lists.get("gear_pair.type", ()) if isinstance(kind, str) and kind in SCHEMAS]
-    return list(dict.fromkeys([schema_of_scene(scene), *(SCHEMAS[kind] for kind in kinds)]))
+    return list(dict.fromkeys([*schemas_of_scene(scene), *(SCHEMAS[kind] for kind in kinds)]))
 
 
 def _read(
-    scene: Scene, schemas: Sequence[Schema], key: str, values: list[Value], problems: list[Problem]
+    scene: Scene | None, schemas: Sequence[Schema], key: str, values: list[Value], problems: list[Problem]
 ) -> list[Value]:
-    """Checked values of a field, each by itself; those of tables unchanged."""
-    schema = next((kind for kind in schemas if key and (key in kind.rules or key in kind.tables)), None)
-    if schema is None:
+    """Checked values of a field, each by itself; those of tables unchanged.
+
+    Of several kinds of gear pair that have the field, the one with the fewest problems counts for each value.
+    """
+    having = [kind for kind in schemas if key and (key in kind.rules or key in kind.tables)]
+    if not having:
         problems += unknown_field(scene, key, values[0] if values else "")
         return []
     found = []
     for k, raw in enumerate(values):
-        value, wrong = _read_one(scene, schema, key, raw)
+        read = [_read_one(scene, kind, key, raw) for kind in having]
+        value, wrong = min(read, key=lambda one: len(one[1]))
         entry = f"entry {k + 1} of {len(values)}"
-        problems += [Problem(p.field, p.value, p.allowed, f"{entry}: {p.fix}" if p.fix else entry) for p in wrong]
+        for p in wrong:
+            told = (own.allowed for _, every in read for own in every if own.field == p.field)
+            allowed = " or ".join(dict.fromkeys(told))
+            problems.append(Problem(p.field, p.value, allowed, f"{entry}: {p.fix}" if p.fix else entry))
         found.append(value)
     return found
 
 
-def _read_one(scene: Scene, schema: Schema, key: str, raw: Value) -> tuple[Value, list[Problem]]:
+def _read_one(scene: Scene | None, schema: Schema, key: str, raw: Value) -> tuple[Value, list[Problem]]:
     if raw is None:
         needed = key in schema.required and not key.startswith(("wear.", "effects."))
         wrong = [Problem(key, None, schema.rules[key].allowed, "every scene needs a value")] if needed else []
@@ -218,7 +229,8 @@ def _read_one(scene: Scene, schema: Schema, key: str, raw: Value) -> tuple[Value
     if key in schema.rules:
         value, problem = schema.rules[key].apply(key, raw)
         return value, [] if problem is None else [problem]
-    reading = read_fields(edited(to_dict(scene, without_derived=True), {key: raw})[0], schema)
+    base = {} if scene is None else to_dict(scene, without_derived=True)
+    reading = read_fields(edited(base, {key: raw})[0], schema)
     return raw, [p for p in reading.problems if p.field == key or p.field.startswith(f"{key}.")]
 
 

@@ -248,6 +248,21 @@ def test_pointing_figures() -> None:
     assert GEAR.half_thickness(GEAR.pointing_radius(), MODULE) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(("shaper_teeth", "pointed"), [(4, False), (5, False), (6, True)])
+def test_teeth_that_stay_wide_are_not_pointed(shaper_teeth: int, pointed: bool) -> None:
+    """Far out the flank is generated at an angle of 90 degrees, which gives the angle between both flanks there."""
+    alpha, addendum = radians(60.0), 0.05 * MODULE
+    gear = replace(GEAR, shaper_teeth=shaper_teeth, pressure_angle=alpha, gear_addendum=addendum)
+    roll = (1.0 - 2.0 * addendum / (MODULE * shaper_teeth)) / cos(alpha)
+    far = 0.5 * pi - shaper_teeth * (0.5 * pi + tan(alpha) - alpha - roll)
+    assert (far < 0.0) == pointed
+    found = gear.pointing_radius()
+    assert found > 4.0 * gear.pitch_radius
+    assert np.isfinite(found) == pointed
+    if pointed:
+        assert gear.half_thickness(found, addendum) == pytest.approx(0.0, abs=1e-9)
+
+
 def test_half_thickness_figures() -> None:
     assert GEAR.half_thickness(508.0, 0.0) == pytest.approx(0.25 * pi * MODULE, abs=1e-9)
     assert GEAR.half_thickness(508.0, MODULE) == pytest.approx(2.028, abs=5e-4)

@@ -275,6 +275,15 @@ QUICK = {
         "semiwear.contact.patch_contact",
     ),
     "from semiwear.commands import simulation": ("matplotlib", "sklearn", "semiwear.sweep", "semiwear.plot"),
+    # scipy loads its submodule stats when `scipy.stats` is used
+    "from semiwear.commands import sweep": (
+        "matplotlib",
+        "netCDF4",
+        "sklearn",
+        "scipy.stats",
+        "semiwear.inference",
+        "semiwear.optimise",
+    ),
 }
 
 

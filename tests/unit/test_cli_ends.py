@@ -88,6 +88,31 @@ def test_wrong_options_end_with_two(capsys):
 
 
 @pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("no_such_command --json", "semiwear: argument COMMAND: invalid choice: 'no_such_command'"),
+        ("--json", "semiwear: the following arguments are required: COMMAND"),
+        ("run --json", "semiwear run: the following arguments are required: scene"),
+        ("plan spur_fzg_c --json --colour", "semiwear: unrecognized arguments: --colour"),
+        ("new worm --json", "semiwear new: argument kind: invalid choice: 'worm'"),
+    ],
+)
+def test_wrong_commands_and_options_are_told_as_json(words, message, capsys, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["semiwear", *words.split()])
+    for given in (words.split(), None):
+        with pytest.raises(SystemExit) as ended:
+            main(given)
+        told = capsys.readouterr()
+        error = json.loads(told.err)
+        assert ended.value.code == 2 and told.out == ""
+        assert error["error"] == "UsageError" and error["message"].startswith(message)
+    with pytest.raises(SystemExit):
+        main([word for word in words.split() if word != "--json"])
+    told = capsys.readouterr()
+    assert told.err.startswith("usage: semiwear") and message in told.err
+
+
+@pytest.mark.parametrize(
     ("words", "told"),
     [
         (

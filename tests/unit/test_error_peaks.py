@@ -1,5 +1,6 @@
 """The amplitude of the transmission error does not hang on where roll positions fall."""
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,11 @@ import pytest
 import semiwear as sw
 from semiwear.accuracy import run
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Designs
-from semiwear.optimise.quantity import quantity_of
+from semiwear.optimise.quantity import measure_of_quantities, quantity_of
 from semiwear.optimise.space import space_of
 from semiwear.report.numbers import _excitation
+from semiwear.sweep.outcome import solve
+from semiwear.sweep.scenes import Task
 from tests.same_result import different_variables
 
 _PINION, _GEAR = (f"effects.modification.{body}.tip_relief_um" for body in ("pinion", "gear"))
@@ -80,6 +83,28 @@ def test_a_search_for_a_design_knows_what_its_positions_miss(relieved: sw.Scene,
     assert coarse == pytest.approx(dense[0], rel=0.025)
     assert doubled == pytest.approx(dense[0], rel=0.01)
     assert designs.scene_of(place[0], OWN).numerics == relieved.numerics
+
+
+@pytest.mark.parametrize(
+    ("asked", "states"),
+    [(["[unworn]"], [0]), (["[unworn]", ""], [0, 1]), (["[worst]"], [0, 1]), ([""], [1]), ([], [])],
+)
+def test_peaks_are_found_in_the_wear_states_that_are_asked_for(
+    relieved: sw.Scene, monkeypatch: pytest.MonkeyPatch, asked: list[str], states: list[int]
+) -> None:
+    scene = relieved.replace({"numerics.peak_positions": 48})
+    whole = sw.simulate(scene)["history"].transmission_error_amplitude.values
+    found: list[float] = []
+    module = import_module("semiwear.simulate")
+    own = module.error_amplitude
+    monkeypatch.setattr(module, "error_amplitude", lambda *given: found.append(own(*given)) or found[-1])
+    names = [f"transmission_error_amplitude{time}" for time in asked] + ["wear_depth_max[worst]"]
+    quantities = [quantity for name in names if (quantity := quantity_of("minimise", name, []))]
+    solved = solve(Task("", scene, measure_of_quantities(quantities)))
+    np.testing.assert_array_equal(found, whole[states])
+    values = [quantity.value(solved.measured, low_is_good=True) for quantity in quantities[:-1]]
+    expected = {"[unworn]": whole[0], "": whole[-1], "[worst]": whole.max()}
+    assert values == [expected[time] for time in asked]
 
 
 def test_a_search_for_other_quantities_spares_the_peaks(relieved: sw.Scene) -> None:

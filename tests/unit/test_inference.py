@@ -430,7 +430,8 @@ def test_a_study_file_tells_all_its_problems(solved, folder, capsys):
 def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(solved, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "runs = 3\nk_scatter = -9\nscene =", 1)
-    bad = bad.replace("[unknown]", "[unknown]\nnumerics.harmonics = 3", 1)
+    misspelt = 'operation.pinion_torqe_Nm = {distribution = "norml"}'
+    bad = bad.replace("[unknown]", f"[unknown]\nnumerics.harmonics = 3\n{misspelt}", 1)
     (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
     assert main(["infer", "study.toml", "-o", "draws.nc"]) == 2
     told = capsys.readouterr().err
@@ -441,9 +442,24 @@ def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(solved, tmp_
         "did you mean value?",
         "curve.csv",
         "numerics.harmonics: found 'an unknown field'",
+        "did you mean pinion_torque_Nm?",
+        'did you mean "normal"?',
         "[vary]",
     ):
         assert part in told
+    assert not solved
+
+
+@pytest.mark.parametrize("table, found", [("", "{}"), ("unknown = 3\n", "3"), ("[unknown]\n", "{}")])
+def test_unknown_fields_that_are_missing_are_told_by_their_table(solved, tmp_path, capsys, table, found):
+    for scene in ("spur_fzg_c", "no_such_scene"):
+        (tmp_path / "study.toml").write_text(f'runs = 3\nscene = "{scene}"\n{table}')
+        assert main(["infer", str(tmp_path / "study.toml"), "-o", str(tmp_path / "draws.nc")]) == 2
+        told = capsys.readouterr().err
+        assert told.count("unknown: found") == 1 and f"unknown: found {found}; allowed: a mapping" in told
+        assert "under the header [unknown]" in told and "runs: found 3" in told and "distributions:" not in told
+    with pytest.raises(sw.SceneError, match=r"unknown: found {}"):
+        sw.infer(SCENE, {}, [])
     assert not solved
 
 

@@ -86,11 +86,13 @@ def test_a_report_counts_in_what_is_asked_for(tree, tmp_path, monkeypatch):
     assert seen[1] is tree
 
 
-def test_units_that_cannot_be_told_are_refused(tree):
-    with pytest.raises(sw.SceneError, match="meshes"):
+def test_units_that_cannot_be_told_are_refused(tree, tmp_path):
+    with pytest.raises(sw.SceneError, match=r"unit: found 'days'; allowed: .*meshes"):
         sw.life_in(tree, "days")
-    with pytest.raises(sw.SceneError, match="pinion_speed_rpm"):
+    with pytest.raises(sw.SceneError, match=r"unit: found 'hours'; .*pinion_speed_rpm"):
         sw.life_in(synthetic_tree(), "hours")
+    with pytest.raises(sw.SceneError, match=r"over: found 'days'; allowed: .*meshes"):
+        sw.report(tree, tmp_path / "a.html", over="days")
 
 
 def test_the_table_of_a_run_has_hours_where_there_is_a_speed(tree):

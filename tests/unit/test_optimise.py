@@ -426,13 +426,13 @@ def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(
     study = tmp_path / "study.toml"
     study.write_text(
         'scene = "no_such_scene"\nminimise = "wear_depth_mx"\nmost = 0\n[vary]\nx = [1]\n'
-        "[design.operation]\npinion_torque_Nm = {from = 1}\n[subject_to]\nload_share_max = 3\n"
+        "[design.operation]\npinion_torque_Nm = {from = 1}\npinion_sped_rpm = [1]\n[subject_to]\nload_share_max = 3\n"
     )
     assert main(["optimise", str(study), "-o", str(tmp_path / "best.toml"), "--workers", "-1"]) == 2
     told = capsys.readouterr().err
     for part in (
         "no file 'no_such_scene'", "did you mean wear_depth_max?", "most: found 0", "no [vary] beside [design]",
-        "both ends", "subject_to", "workers",
+        "both ends", "subject_to", "workers", "did you mean pinion_speed_rpm?",
     ):  # fmt: skip
         assert part in told, part
 

@@ -289,6 +289,14 @@ def test_distributions_that_are_none_are_told_with_the_number_of_samples(solved)
         sw.scatter(SCENE, [TORQUE], samples=3, crew=0)
 
 
+@pytest.mark.parametrize("table, found", [("scatter = 3\n", "3"), ("[scatter]\n", "{}")])
+def test_fields_that_do_not_scatter_are_told_by_their_table(solved, sweep_study, capsys, table, found):
+    assert sweep_study(f'samples = 3\nscene = "spur_fzg_c"\n{table}') == 2
+    told = capsys.readouterr().err
+    assert "2 problems" in told and f"scatter: found {found}; allowed: a mapping" in told
+    assert "under the header [scatter]" in told and not solved
+
+
 def test_few_solved_samples_tell_all_where_an_emulator_is_good_enough(solved):
     fields = {TORQUE: sw.Normal(1600, 80), OFFSET: sw.Uniform(-0.1, 0.1)}
     measure = ["root_stress_max", "load_share_max"]

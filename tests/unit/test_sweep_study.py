@@ -137,6 +137,15 @@ def test_a_study_in_place_of_a_scene_is_one_problem(study, capsys, table, comman
     assert "1 problem\n" in told and f"semiwear {command} mine.toml" in told
 
 
+def test_nothing_varied_is_told_in_one_place(study, solved, capsys):
+    with pytest.raises(sw.SceneError) as raised:
+        sw.sweep(sw.load_scene("spur_fzg_c"), {})
+    (problem,) = raised.value.problems
+    assert f"1 problem\n  1. {problem}" in problems_in(study, 'scene = "spur_fzg_c"\n', capsys)
+    told = problems_in(study, 'scene = "spur_fzg_c"\nvary = 3\n', capsys)
+    assert "1 problem\n  1. vary: found 3" in told and not solved
+
+
 def test_problems_of_file_fields_and_options_come_together(study, solved, capsys):
     (study / "bad.toml").write_text(
         "sampels = 3\n" + STUDY.replace("[-0.1, 0, 0.1]", "[-9]").replace('"history"', '"hystory"')
@@ -345,6 +354,34 @@ def test_what_is_wrong_with_fields_is_one_problem(study, solved, capsys, text, p
         assert part in told
 
 
+def test_fields_are_told_beside_a_scene_that_cannot_be_read(study, solved, capsys):
+    """What no kind of gear pair has or allows is; the rest waits for the scene."""
+    head = 'scene = "no_such_scene"\n'
+    vary = f"[vary]\noperation.pinion_torqe_Nm = [1]\n{TORQUE} = [-1, 5]\neffects.friction = [{{coeficient = 3}}]\n"
+    only_some = "gear_pair.helix_angle_deg = [10]\ngear_pair.gear_teeth = [-60]\ngear_pair.pinion_teeth = [3.5]\n"
+    told = problems_in(study, head + vary + only_some, capsys)
+    assert "6 problems" in told and "helix" not in told and "gear_teeth" not in told and not solved
+    for part in (
+        "did you mean pinion_torque_Nm?", f"{TORQUE}: found -1", "effects.friction.coefficient: found 3",
+        "did you mean coefficient?", "12 to 1000 or ",
+    ):  # fmt: skip
+        assert part in told
+    coefficient = 'wear.coefficient_mm2_per_N = {distribution = "lognormal", low = 1e-14, high = 1e-12}\n'
+    scatter = (
+        '[scatter]\noperation.pinion_torqe_Nm = {distribution = "norml"}\n'
+        f'{TORQUE} = {{distribution = "normal", mean = 5}}\n'
+    )
+    told = problems_in(study, head + scatter + coefficient, capsys)
+    assert "4 problems" in told
+    for part in ("did you mean pinion_torque_Nm?", 'did you mean "normal"?', f"{TORQUE}, deviation: missing"):
+        assert part in told
+    wide = f'[scatter]\n{TORQUE} = {{distribution = "normal", mean = 5, deviation = 50}}\n'
+    told = problems_in(study, head + wide + coefficient, capsys)
+    assert "2 problems" in told and "cut the distribution off" in told
+    told = problems_in(study, head + wide + coefficient.replace("1e-14", "1e-11"), capsys)
+    assert "2 problems" in told and "greater than low = 1e-11" in told
+
+
 @pytest.mark.parametrize("scene", ['scene = "no_such_scene"', "", 'scene = "spur_fzg_c"\nset.operation.torqe = 1'])
 def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(study, solved, capsys, scene):
     head = f'{scene}\nmeasure = "hystory"\n'
@@ -355,8 +392,8 @@ def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(study, solve
         assert part in told
     scatter = f"samples = 3\nbefore_meshes = -1\n[scatter]\n{TORQUE} = 1\n"
     told = problems_in(study, head + scatter, capsys, "--workers", "-3")
-    assert "5 problems" in told
-    for part in ("history?", "samples: found 3", "before_meshes", "workers: found '-3'"):
+    assert "6 problems" in told
+    for part in ("history?", "samples: found 3", "before_meshes", "workers: found '-3'", f"{TORQUE}: found 1"):
         assert part in told
     told = problems_in(study, head + "samples = 3\n", capsys)
     assert "4 problems" in told
