@@ -14,7 +14,7 @@ Names and units of the results are defined in `semiwear.results.schema`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, log, nan
 
 import numpy as np
@@ -229,10 +229,6 @@ class _Counter:
             self._report(self._done, self._total, f"{self._text}{self._part}")
 
 
-class _StepTooLongError(Exception):
-    """A step to the limit would be much longer than all before it."""
-
-
 @dataclass(frozen=True)
 class _Path:
     """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and their states.
@@ -286,6 +282,51 @@ def _path_to(
     return _last_steps(worn, body, limit, rate, taken, passed)
 
 
+class _StepTooLongError(Exception):
+    """A step to the limit would be much longer than all before it."""
+
+
+@dataclass
+class _LastStep:
+    """Steps of several lengths from one state towards the limit.
+
+    Attributes
+    ----------
+    worn : function of a state and a length [meshes]
+        The state after it.
+    state : WearState
+    body : int
+    limit : float [mm]
+    reach : float
+        Greatest length that is tried [meshes].
+    ends : dict
+        States by length [meshes].
+    depths : list of tuple
+        Length [meshes] and greatest depth [mm], as they were tried.
+    """
+
+    worn: Callable[[WearState, float], WearState]
+    state: WearState
+    body: int
+    limit: float
+    reach: float
+    ends: dict[float, WearState] = field(default_factory=dict)
+    depths: list[tuple[float, float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.depths.append((0.0, _greatest(self.state, self.body)))
+
+    def beyond(self, length: float) -> float:
+        """Depth after a step, less the limit [mm]."""
+        if length > _MOST_MESHES:
+            raise EndlessWearError(_stopped(self.body, self.depths[-1][1], self.limit))
+        if length > self.reach:
+            raise _StepTooLongError
+        self.ends[length] = self.worn(self.state, length)
+        self.depths.append((length, _greatest(self.ends[length], self.body)))
+        return self.depths[-1][1] - self.limit
+
+
 def _last_steps(
     worn: Callable[[WearState, float], WearState],
     body: int,
@@ -301,44 +342,26 @@ def _last_steps(
     ends at the limit by chance. Such a step is therefore divided.
     """
     while True:
-        state, now = passed[-1], _greatest(passed[-1], body)
-        reach = _GROWTH * sum(taken) or inf
-        depths = [(0.0, now)]
-        tried: dict[float, WearState] = {}
-
-        def beyond(
-            length: float,
-            state: WearState = state,
-            reach: float = reach,
-            depths: list[tuple[float, float]] = depths,
-            tried: dict[float, WearState] = tried,
-        ) -> float:
-            if length > _MOST_MESHES:
-                raise EndlessWearError(_stopped(body, depths[-1][1], limit))
-            if length > reach:
-                raise _StepTooLongError
-            tried[length] = worn(state, length)
-            depths.append((length, _greatest(tried[length], body)))
-            return depths[-1][1] - limit
-
+        step = _LastStep(worn, passed[-1], body, limit, _GROWTH * sum(taken) or inf)
+        now = step.depths[0][1]
         try:
             trial = (limit - now) / rate if rate > 0.0 else inf
-            last = _zero_of(beyond, now - limit, min(trial, reach), _TOLERANCE * limit)
+            last = _zero_of(step.beyond, now - limit, min(trial, step.reach), _TOLERANCE * limit)
             break
         except _StepTooLongError:  # the longest step that was tried falls short of the limit, and is taken
-            length = max(tried)
-            rate = (_greatest(tried[length], body) - now) / length
-            taken.append(length)
-            passed.append(tried[length])
+            length = max(step.ends)
+            rate = (_greatest(step.ends[length], body) - now) / length
+            taken, passed = [*taken, length], [*passed, step.ends[length]]
         except EndlessWearError as error:
-            return _Path(taken, 0.0, [*passed, *(tried[length] for length in sorted(tried))], str(error))
+            return _Path(taken, 0.0, [*passed, *(step.ends[length] for length in sorted(step.ends))], str(error))
+    depths = step.depths
     # slope at the end: between the last length and the one before, or one whose depth differs by more than a jump
     length_1, depth_1 = depths[-1]
     jumped = abs(depth_1 - limit) > _TOLERANCE * limit
     apart = (entry for entry in depths[-2::-1] if not jumped or abs(entry[1] - depth_1) > _JUMP * limit)
     length_0, depth_0 = next(apart, depths[0])
     slope = (depth_1 - depth_0) / (length_1 - length_0) if length_1 != length_0 else rate
-    return _Path([*taken, last], slope if slope > 0.0 else rate, [*passed, tried[last]])
+    return _Path([*taken, last], slope if slope > 0.0 else rate, [*passed, step.ends[last]])
 
 
 def _life_along(stepper: WearStepper, body: int, limit: float, path: _Path, factor: float, count: _Counter) -> float:
