@@ -188,7 +188,7 @@ def test_csv_with_decimal_commas(tmp_path):
         ("profile,face,x_m,y_m,z_m\n0,0,1,2,3\n", "millimetres"),
         ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2\n", "cells"),
         ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2,a\n", "correct"),
-        ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2,3\n0,0,1,2,3\n", "complete"),
+        ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2,3\n0,0,1,2,3\n", "2 times"),
         ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2,3\n1,1,1,2,3\n", "missing"),
         ("profile,face,x_mm,y_mm,z_mm\n0.5,0,1,2,3\n", "number rows"),
     ],
