@@ -30,14 +30,24 @@ def cylindrical_margins(scene: Scene) -> Iterator[Margin]:
     limit = jamming_distance(table)
     ends = (None, limit) if table.internal else (limit, None)
     yield margin(
-        "centre distance (jamming)", lambda: table.centre_distance_mm, "centre_distance_mm", low=ends[0], high=ends[1]
-    )
+        "centre distance (jamming)", lambda: table.centre_distance_mm, "centre_distance_mm",
+        low=ends[0], high=ends[1], usual=_without_backlash(scene, limit),
+    )  # fmt: skip
     if not isfinite(table.working_pressure_angle):
         return
     mesh = CylindricalMesh(table, Placement())
     for body, tooth in teeth_of(mesh):
         yield from _tooth(table, body, tooth)
     yield from _pair(table, mesh)
+
+
+def _without_backlash(scene: Scene, limit: float) -> str:
+    """A remark if a misalignment brings the axes closer than the teeth allow; such a scene is computed."""
+    moved, table = scene.effects.misalignment, cast(CylindricalPair, scene.gear_pair)
+    distance = table.centre_distance_mm + (moved.axial_gear_mm if moved else 0.0)
+    if not moved or (distance <= limit if table.internal else distance >= limit):
+        return ""
+    return f"misaligned {distance:.6g} mm: real teeth jam there, contact on both flanks is not modelled"
 
 
 def _tooth(table: CylindricalPair, body: str, tooth: CylindricalTooth) -> Iterator[Margin]:

@@ -60,6 +60,20 @@ def test_the_row_of_jamming_is_broken_exactly_where_the_scene_is_refused(spur, t
         assert told(moved)["centre distance (jamming)"].holds != refused
 
 
+@pytest.mark.parametrize("teeth", [24, -60])
+def test_a_misalignment_that_uses_up_the_backlash_is_remarked(spur, teeth):
+    changes = {"pinion_profile_shift": 0.0, "gear_profile_shift": 0.0, "gear_teeth": teeth}
+    changes |= dict.fromkeys(("centre_distance_mm", "pinion_tip_diameter_mm", "gear_tip_diameter_mm"))
+    pair = spur.replace({f"gear_pair.{name}": value for name, value in changes.items()})
+    closer = 1.0 if teeth < 0 else -1.0
+    for shift in (0.5 * closer, -0.5 * closer):
+        moved = pair.replace({"effects.misalignment.axial_gear_mm": shift})
+        row = told(moved)["centre distance (jamming)"]
+        distance = pair.gear_pair.centre_distance_mm + shift
+        assert row.holds and (f"{distance:.6g} mm" in row.usual) == (shift == 0.5 * closer)
+    assert not told(pair)["centre distance (jamming)"].usual
+
+
 def test_a_spur_pair_has_the_limits_of_the_closed_forms(spur):
     rows = told(spur)
     pair = spur.gear_pair
