@@ -25,6 +25,12 @@ def effective_modulus(
     youngs_modulus_1, youngs_modulus_2 : float [MPa]
         Of the two bodies; infinite for a rigid one.
     poissons_ratio_1, poissons_ratio_2 : float
+        Above -1, up to 0.5.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
 
     Examples
     --------
@@ -32,6 +38,12 @@ def effective_modulus(
     >>> print(f"{effective_modulus(206e3, 0.3, 206e3, 0.3):.0f}")
     113187
     """
+    if not (youngs_modulus_1 > 0.0 and youngs_modulus_2 > 0.0):
+        raise ValueError(f"Young's moduli must be above 0 MPa, not {youngs_modulus_1} and {youngs_modulus_2}")
+    if not (-1.0 < poissons_ratio_1 <= 0.5 and -1.0 < poissons_ratio_2 <= 0.5):
+        raise ValueError(
+            f"Poisson's ratios must lie above -1 and up to 0.5, not be {poissons_ratio_1} and {poissons_ratio_2}"
+        )
     return 1.0 / ((1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2)
 
 

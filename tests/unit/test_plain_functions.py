@@ -1,9 +1,9 @@
-"""Public functions on plain arrays take lists and scalars, as their users write them."""
+"""Public functions on plain arrays take lists and scalars, as their users write them, and refuse what no body has."""
 
 import numpy as np
 import pytest
 
-from semiwear.contact import line_contact_half_width, line_contact_pressure
+from semiwear.contact import effective_modulus, line_contact_half_width, line_contact_pressure
 from semiwear.wear import wear_depth, wear_per_mesh
 
 FUNCTIONS = {
@@ -20,3 +20,24 @@ def test_lists_give_what_arrays_and_scalars_give(name):
     found = function(loads, others)
     assert np.array_equal(found, function(np.array(loads), np.array(others)))
     assert np.array_equal(found, [function(load, other) for load, other in zip(loads, others, strict=True)])
+
+
+@pytest.mark.parametrize(
+    ("elastic", "word"),
+    [
+        ((0.0, 0.3, 206e3, 0.3), "Young"),
+        ((206e3, 0.3, -1.0, 0.3), "Young"),
+        ((206e3, 0.3, np.nan, 0.3), "Young"),
+        ((206e3, 0.6, 206e3, 0.3), "Poisson"),
+        ((206e3, 0.3, 206e3, -1.0), "Poisson"),
+        ((206e3, 0.3, 206e3, np.nan), "Poisson"),
+    ],
+)
+def test_elastic_constants_that_no_body_has_are_refused(elastic, word):
+    with pytest.raises(ValueError, match=word):
+        effective_modulus(*elastic)
+
+
+def test_a_rigid_body_leaves_the_modulus_of_the_other():
+    assert effective_modulus(206e3, 0.3, np.inf, 0.3) == pytest.approx(206e3 / 0.91, rel=1e-15)
+    assert effective_modulus(1e3, 0.5, 1e3, 0.5) == pytest.approx(1e3 / 1.5, rel=1e-15)
