@@ -10,7 +10,7 @@ so that strains are a cosine (or sine) times (B0 + k B1) q and the harmonics dec
 
 A point load P at z0 moves the section at z by  sum_n (c_n/L) cos(k z) cos(k z0) K_n^-1 P,  c_0 = 1, c_n = 2.
 The cosines mirror the body at its ends: shear stress and axial displacement vanish there; `tooth_ends` corrects that
-to a free end. Each harmonic is assembled for one pitch; `pitch_chain` joins the pitches.
+to a free end. Harmonics are solved on one pitch (`condensed_pitch`); `pitch_chain` joins the pitches.
 
 Source: Y. K. Cheung, Finite Strip Method in Structural Analysis, Pergamon 1976, ch. 6 (finite prisms);
 O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (semi-analytical).
