@@ -3,32 +3,50 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from validation.section import Built
 
 _SECTIONS = ("closed_forms", "finite_elements", "helical_pairs")
 _SCRIPT = """
-import html, sys
-from site_pages.finite_elements import finite_elements_text
+import sys
+from site_pages.validated import findings
 from validation.parallel import build_all
 from validation.problems import PROBLEMS
 from validation.progress import progress_on
 from validation.sections import SECTIONS
 chosen = [plan for plan in SECTIONS if plan.name in sys.argv[1:]]
-for part in build_all(chosen, PROBLEMS, True, progress_on(sys.stderr, len(chosen)), 2):
-    if part.section is None:
-        sys.exit(part.trace)
-    print(f"## {part.section.title}\\n")
-    tabulated = part.plan.name == "finite_elements"
-    for sentence in part.section.found:
-        if not (tabulated and sentence.startswith("Fidelity line")):
-            print(f"- {html.unescape(sentence)}")
-    print()
-    if tabulated:
-        print(finite_elements_text())
+print(findings(build_all(chosen, PROBLEMS, True, progress_on(sys.stderr, len(chosen)), 2)))
 """
+
+
+def findings(parts: Iterable[Built]) -> str:
+    """What sections found, in Markdown.
+
+    Raises
+    ------
+    RuntimeError
+        A section could not be built.
+    """
+    from site_pages.finite_elements import finite_elements_text  # loads the validation
+
+    lines: list[str] = []
+    for part in parts:
+        if part.section is None:
+            raise RuntimeError(part.trace)
+        tabulated = part.plan.name == "finite_elements"
+        told = [text for text in part.section.found if not (tabulated and text.startswith("Fidelity line"))]
+        lines += [f"## {part.plan.title}", "", *(f"- {html.unescape(text)}" for text in told), ""]
+        if tabulated:
+            lines.append(finite_elements_text())
+    return "\n".join(lines)
 
 
 def validated_text(here: Path) -> str:

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import xarray as xr
+from site_pages.validated import findings
 
 import semiwear as sw
 from semiwear.errors import ResultFileError
@@ -47,6 +48,13 @@ def broken(problems, quick, progress):
 
 
 PLANS = (SectionPlan("counting", "Counting", sound), SectionPlan("broken", "Broken", broken))
+
+
+def test_the_site_tells_what_sections_found_and_of_one_that_failed():
+    told, failed = build_all(PLANS, PROBLEMS, True, NoProgress())
+    assert findings([told]).startswith("## Counting\n\n- ")
+    with pytest.raises(RuntimeError, match="the abacus <broke>"):
+        findings([told, failed])
 
 
 class Ids(HTMLParser):
