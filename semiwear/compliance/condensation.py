@@ -1,11 +1,36 @@
-"""Static condensation of symmetric stiffness matrices, many at a time, by their Cholesky factors."""
+"""Static condensation of a section's elements level by level, of many stiffness matrices at a time."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.linalg.lapack import dtrtrs
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import BoolArray, FloatArray, IntArray
+
+
+def levels_towards(last: IntArray, elements: IntArray, free: BoolArray) -> list[tuple[IntArray, int]]:
+    """Free nodes level by level, as they are eliminated: a level is coupled only to the one before and the next.
+
+    Counted backwards, a level has the further nodes of all elements that the one after it meets. With each comes the
+    number of its last nodes that share elements with the level before: no others are coupled to that.
+
+    Parameters
+    ----------
+    last : int array
+        Nodes of the last level; all that the level before meets keep their order.
+    elements : (elements, nodes) int array
+    free : (nodes,) bool array
+    """
+    left = free.copy()
+    levels, level = [], last
+    while level.size:
+        left[level] = False
+        before = np.unique(elements[np.isin(elements, level).any(axis=1)])
+        before = before[left[before]]
+        met = np.isin(level, elements[np.isin(elements, before).any(axis=1)])
+        levels.append((np.concatenate([level[~met], level[met]]), int(met.sum())))
+        level = before
+    return levels[::-1]
 
 
 def factors_of(stiffness: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 A pitch is symmetric about its centre line: fields are even (u odd in x, v and w even) or odd, and each kind is found
 on the loaded half. Its unknowns are eliminated level by level, from the tip to the side in the middle of the tooth
-space: a level is coupled only to the next, through the unknowns on the edges between their elements.
+space: a level is coupled only to the next, through the edges between their elements (`condensation`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, eye_array
 
-from semiwear.arrays import FloatArray, IntArray
-from semiwear.compliance.condensation import factors_of, halves
+from semiwear.arrays import FloatArray
+from semiwear.compliance.condensation import factors_of, halves, levels_towards
 from semiwear.compliance.section_elements import HarmonicMatrices, unknowns_of
 from semiwear.compliance.section_mesh import SectionMesh
 from semiwear.geometry.section import RingRim, ToothSection
@@ -78,8 +78,8 @@ class _Level(NamedTuple):
     ----------
     own : (3, u, u) array
         Stiffness: coefficients of 1, k and k^2.
-    coupling : (3, c, v) array
-        Of the last c unknowns to the v of the next level, likewise; no others are coupled.
+    coupling : (3, u, v) array
+        To the last v unknowns of the next level, likewise; to no others.
     rows : (2, R, u) array
         Loads and readings: coefficients of 1 and k.
     """
@@ -121,7 +121,9 @@ class Pitch:
             K0, K1 and K2 of its stiffness K0 + k K1 + k^2 K2, (3 N, 3 N) each.
         rows : PitchRows
         """
-        levels = _levels(mesh)
+        kept = np.zeros(len(mesh.nodes), dtype=bool)
+        kept[mesh.elements], kept[mesh.held] = True, False
+        levels = levels_towards(mesh.right[kept[mesh.right]], mesh.elements, kept)
         nodes = np.concatenate([level for level, _ in levels])
         side = levels[-1][0].size
         turns = [eye_array(3 * (nodes.size - side)), *side * [_turn(_side_angle(section))]]
@@ -132,12 +134,13 @@ class Pitch:
         even, odd = ((beside | free).ravel() for free in (~sideways, sideways))
         fields: tuple[list[_Level], list[_Level]] = [], []
         ends = [0, *3 * np.cumsum([level.size for level, _ in levels]), 3 * nodes.size]
-        for (_, meets), begin, end, after in zip(levels, ends, ends[1:], ends[2:], strict=False):
+        met = [3 * count for _, count in levels[1:]] + [0]
+        for begin, end, after, coupled in zip(ends, ends[1:], ends[2:], met, strict=False):
             block = np.stack([matrix[begin:end, begin:after].toarray() for matrix in stiffness])
+            first = after - coupled
             for of_symmetry, free in zip(fields, (even, odd), strict=True):
-                own, following = np.flatnonzero(free[begin:end]), np.flatnonzero(free[end:after]) + end - begin
-                last = own[own >= end - begin - 3 * meets]
-                parts = block[:, own[:, None], own], block[:, last[:, None], following], observed[..., begin + own]
+                own, following = np.flatnonzero(free[begin:end]), np.flatnonzero(free[first:after]) + first - begin
+                parts = block[:, own[:, None], own], block[:, own[:, None], following], observed[..., begin + own]
                 of_symmetry.append(_Level(*parts))
         return cls(*fields, rows.load, rows.deflection, rows.stress)
 
@@ -182,37 +185,18 @@ def _condensed(levels: list[_Level], wave_numbers: FloatArray) -> _Side:
     own, rows = _at(powers, levels[0].own), _at(powers, levels[0].rows)
     by_loads = np.zeros((len(powers), rows.shape[1], rows.shape[1]))
     for level, following in pairwise(levels):
-        coupling = _at(powers, level.coupling)
-        met = slice(own.shape[1] - coupling.shape[1], None)
         factor = factors_of(own)
-        loaded, onto = halves(factor, rows.swapaxes(1, 2)), halves(factor[:, met, met], coupling)
+        loaded, onto = halves(factor, rows.swapaxes(1, 2)), halves(factor, _at(powers, level.coupling))
         by_loads += loaded.swapaxes(1, 2) @ loaded
-        own = _at(powers, following.own) - onto.swapaxes(1, 2) @ onto
-        rows = _at(powers, following.rows) - loaded[:, met].swapaxes(1, 2) @ onto
+        own, rows = _at(powers, following.own), _at(powers, following.rows)
+        first = own.shape[1] - onto.shape[2]
+        own[:, first:, first:] -= onto.swapaxes(1, 2) @ onto
+        rows[:, :, first:] -= loaded.swapaxes(1, 2) @ onto
     return _Side(own, rows, by_loads)
 
 
 def _at(powers: FloatArray, coefficients: FloatArray) -> FloatArray:
     return np.tensordot(powers[:, : len(coefficients)], coefficients, 1)
-
-
-def _levels(mesh: SectionMesh) -> list[tuple[IntArray, int]]:
-    """Nodes of a half that are not held, level by level towards the side: the last are its own, in order.
-
-    With each level comes the number of its last nodes that share elements with the next.
-    """
-    left = np.zeros(len(mesh.nodes), dtype=bool)
-    left[mesh.elements] = True
-    left[mesh.held] = False
-    level, beyond = mesh.right[left[mesh.right]], mesh.right[:0]
-    found: list[tuple[IntArray, int]] = []
-    while level.size:
-        near = np.isin(level, mesh.elements[np.isin(mesh.elements, beyond).any(axis=1)])
-        found.append((np.concatenate([level[~near], level[near]]), int(near.sum())))
-        left[level] = False
-        met = np.unique(mesh.elements[np.isin(mesh.elements, level).any(axis=1)])
-        level, beyond = met[left[met]], level
-    return found[::-1]
 
 
 def _turn(angle: float) -> FloatArray:

@@ -30,6 +30,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse import csr_matrix
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.compliance.condensation import levels_towards
 from semiwear.compliance.polynomials import along_width, derivatives
 from semiwear.compliance.section_elements import fillet_edges, section_integrals, unknowns_of
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
@@ -168,7 +169,9 @@ class Stretch:
         """Levels from the ground up, and the first with nodes of the flank or the fillet."""
         integrals = section_integrals(self.mesh, self.youngs_modulus, self.poissons_ratio, self.along, self.lean)
         k00, k01, k11 = (k.tocsr() * (self.width / self.along) for k in integrals)
-        nodes = _nodes_by_level(self.mesh)
+        free = np.ones(len(self.mesh.nodes), dtype=bool)
+        free[self.mesh.held] = False
+        nodes = levels_towards(self.mesh.centre_line[:1], self.mesh.elements, free)
         surface = np.concatenate([self.mesh.flank, self.mesh.fillet])
         observed = [bool(np.isin(own, surface).any()) for own, _ in nodes].index(True)
         return list(_joined(k00, k01, k11, derivatives(ORDERS) / self.width, nodes)), observed
@@ -249,24 +252,6 @@ class _Level(NamedTuple):
     unknowns: IntArray
     stiffness: FloatArray
     coupling: FloatArray
-
-
-def _nodes_by_level(mesh: SectionMesh) -> list[tuple[IntArray, int]]:
-    """Free nodes of every level from the ground up, and the number of the last ones that the level below meets.
-
-    Counted from the tip, a level has the further nodes of all elements that the one before meets.
-    """
-    left = np.ones(len(mesh.nodes), dtype=bool)
-    left[mesh.held] = False
-    levels, level = [], mesh.centre_line[:1]
-    while level.size:
-        left[level] = False
-        below = np.unique(mesh.elements[np.isin(mesh.elements, level).any(axis=1)])
-        below = below[left[below]]
-        meets = np.isin(level, mesh.elements[np.isin(mesh.elements, below).any(axis=1)])
-        levels.append((np.concatenate([level[~meets], level[meets]]), int(meets.sum())))
-        level = below
-    return levels[::-1]
 
 
 def _joined(
