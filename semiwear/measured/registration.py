@@ -15,7 +15,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import pi
 
 import numpy as np
 import xarray as xr
@@ -32,6 +31,7 @@ from semiwear.measured.quantities import labelled
 from semiwear.measured.rigid import DATUM, TURNS, Displacement, Motions, determined, motions_of, require_motions
 from semiwear.measured.robust import local_noise, one_sided_fit, weighted_fit
 from semiwear.meshing.deviation_grid import DeviationGrid
+from semiwear.meshing.flank_pair import ARCSEC
 from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
@@ -40,7 +40,6 @@ _SETTLED = 1e-9  # mm, last displacement along any normal
 _LEAST_INSIDE = 0.2  # of the points
 _DATUMS = ("best_fit", "as_measured")
 _FITS = ("one_sided", "all", "unworn")
-_ARCSEC = 180.0 * 3600.0 / pi
 _UM = 1e3
 
 
@@ -116,7 +115,7 @@ class Registration(OnFlank):
         """Deviations in um, the datum with its uncertainties, and the root mean square residual."""
         values = {"deviation": _UM * self.deviation, **self.where(), "weight": self.weights}
         for name, amount in self.amounts.items():
-            factor = _ARCSEC if name in TURNS else 1.0
+            factor = ARCSEC if name in TURNS else 1.0
             values[name] = factor * amount
             if name in self.errors:
                 values[f"{name}_uncertainty"] = factor * self.errors[name]
