@@ -53,10 +53,16 @@ def line_contact_half_width(line_load: ArrayLike, curvature: ArrayLike, modulus:
     Parameters
     ----------
     line_load : array [N/mm]
+        At least 0.
     curvature : array [1/mm]
         Relative curvature 1/R across the line, above 0; it broadcasts with `line_load`.
     modulus : float [MPa]
-        Effective modulus E*.
+        Effective modulus E*, above 0.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
 
     Examples
     --------
@@ -64,6 +70,7 @@ def line_contact_half_width(line_load: ArrayLike, curvature: ArrayLike, modulus:
     >>> print(f"{line_contact_half_width(300.0, 0.1, 113e3):.4f}")
     0.1839
     """
+    _check_line_contact(line_load, curvature, modulus)
     return np.sqrt(np.multiply(4.0, line_load) / np.multiply(pi * modulus, curvature))
 
 
@@ -73,10 +80,16 @@ def line_contact_pressure(line_load: ArrayLike, curvature: ArrayLike, modulus: f
     Parameters
     ----------
     line_load : array [N/mm]
+        At least 0.
     curvature : array [1/mm]
-        Relative curvature 1/R across the line; it broadcasts with `line_load`.
+        Relative curvature 1/R across the line, above 0; it broadcasts with `line_load`.
     modulus : float [MPa]
-        Effective modulus E*.
+        Effective modulus E*, above 0.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
 
     Examples
     --------
@@ -84,7 +97,21 @@ def line_contact_pressure(line_load: ArrayLike, curvature: ArrayLike, modulus: f
     >>> print(f"{line_contact_pressure(300.0, 0.1, 113e3):.0f}")
     1039
     """
+    _check_line_contact(line_load, curvature, modulus)
     return np.sqrt(np.multiply(np.multiply(line_load, modulus), curvature) / pi)
+
+
+def _check_line_contact(line_load: ArrayLike, curvature: ArrayLike, modulus: float) -> None:
+    """Missing numbers (NaN) pass, and stay missing."""
+    if np.any(np.less(line_load, 0.0)):
+        raise ValueError(f"the line load of a contact must be at least 0 N/mm, not {np.nanmin(line_load):g}")
+    if np.any(np.less_equal(curvature, 0.0)):
+        raise ValueError(
+            f"the relative curvature of a line contact must be above 0 1/mm, not {np.nanmin(curvature):g}: "
+            "of a concave and a convex body it is the difference of their curvatures"
+        )
+    if not modulus > 0.0:
+        raise ValueError(f"the effective modulus must be above 0 MPa, not {modulus:g}")
 
 
 @dataclass(frozen=True)
