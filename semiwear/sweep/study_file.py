@@ -28,6 +28,7 @@ from semiwear.check import geometric_problems
 from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene, load_scene, scene_files, shipped_scenes
 from semiwear.scene.closest import closest
+from semiwear.scene.edit import problems_without_scene
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.toml_io import read_toml
 from semiwear.scene.values import is_number, is_whole, shown
@@ -222,9 +223,19 @@ def _scene(source: Path, name: object, changes: Table, problems: list[Problem]) 
         problems.append(
             Problem("scene", shown(name), "the name of a shipped scene, or the path of a scene file", fix)
         )
+        problems += problems_without_scene(changes)
         return None
     beside = source.parent / name
     source_name = str(beside) if name not in shipped_scenes() and beside.exists() else name
-    with Collected(problems):
+    try:
         return load_scene(source_name, check=geometric_problems, changes=changes)
+    except SceneError as error:
+        problems += error.problems
+        if all(_of_file(problem) for problem in error.problems):
+            problems += problems_without_scene(changes)
     return None
+
+
+def _of_file(problem: Problem) -> bool:
+    """Whether a problem is one of the file of a scene, before any field of it was read."""
+    return problem.field in ("scene", "file") or problem.field.startswith("line ")

@@ -382,6 +382,16 @@ def test_fields_are_told_beside_a_scene_that_cannot_be_read(study, solved, capsy
     assert "2 problems" in told and "greater than low = 1e-11" in told
 
 
+@pytest.mark.parametrize("scene", ['scene = "no_such_scene"', "", 'scene = "broken.toml"'])
+def test_set_is_told_beside_a_scene_that_cannot_be_read(study, solved, tmp_path, capsys, scene):
+    (tmp_path / "broken.toml").write_text("[gear_pair\n")
+    fields = f"[set]\noperation.pinion_torqe_Nm = 1\n{TORQUE} = -1\neffects.friction = 'none'\n"
+    told = problems_in(study, f"{scene}\n{fields}gear_pair.gear_teeth = -60\n[vary]\n{OFFSET} = [0, 1]\n", capsys)
+    assert "3 problems" in told and not solved
+    for part in ("did you mean pinion_torque_Nm?", f"{TORQUE}: found -1"):
+        assert part in told
+
+
 @pytest.mark.parametrize("scene", ['scene = "no_such_scene"', "", 'scene = "spur_fzg_c"\nset.operation.torqe = 1'])
 def test_what_needs_no_scene_is_told_beside_one_that_cannot_be_read(study, solved, capsys, scene):
     head = f'{scene}\nmeasure = "hystory"\n'
