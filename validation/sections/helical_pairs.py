@@ -60,8 +60,8 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
              "The larger of pinion and gear by its distance from 1.",
              lambda ax: _over_angle(ax, compared, _farthest_root, "Core / finite elements (1)")),
         card("helical-stiffness", "Mesh stiffness over the helix angle",
-             f"Load over mean approach along the normal, face width {TREND_WIDTH:g} mm, relative to the spur pair; "
-             "the single stiffness of ISO 6336-1 falls as the cosine of the helix angle.",
+             f"Load over mean approach along the transverse line of action, face width {TREND_WIDTH:g} mm, relative "
+             "to the spur pair; the single stiffness of ISO 6336-1 falls as the cosine of the helix angle.",
              lambda ax: _trend(ax, compared)),
     ]  # fmt: skip
     return Section(found, failures_note(failures) + _table(compared) + cards(drawn), {"pairs": _data(compared)})
@@ -102,18 +102,6 @@ def _over_angle(ax: Any, compared: list[_Compared], value: Any, label: str) -> N
     ax.legend(loc="best")
 
 
-def _stiffness(pair: HelicalPair, result: HelicalResult) -> float:
-    """Normal force over mean approach along the normal, up to a factor that all pairs share.
-
-    The gear's lag is approach over its base radius, which grows with the helix angle as r_b cos(beta_b) does.
-    """
-    from fem_reference.pairs import pair_motion
-
-    motion = pair_motion(pair.scene)
-    force = 1e3 * pair.scene.operation.pinion_torque_Nm / motion.lever
-    return force / (-_mean(result) / motion.arcsec_per_mm) / pair.face_width * 1e-3
-
-
 def _trend(ax: Any, compared: list[_Compared]) -> None:
     colour = 0
     for bodies in ("thin", "thick"):
@@ -127,7 +115,7 @@ def _trend(ax: Any, compared: list[_Compared]) -> None:
             continue
         angles = [one[0].helix_angle for one in some]
         for side, name, style in ((1, "core", "o-"), (2, "finite elements", "s--")):
-            values = np.array([_stiffness(one[0], one[side]) for one in some])  # type: ignore[arg-type]
+            values = np.array([store.mesh_stiffness(one[0], one[side]) for one in some])  # type: ignore[arg-type]
             ax.plot(angles, values / values[0], style, color=COLOURS[colour], label=f"{name}, {bodies}")
         colour += 1
     angles = np.linspace(0.0, 30.0, 61)
