@@ -47,7 +47,8 @@ def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
 
     `mesh_stiffness` is the normal force over the approach that it causes, the unloaded less the loaded transmission
     error along the line of action; ``_local``, the derivative of the force by the approach at the scene's torque, is
-    for small vibrations about it.
+    for small vibrations about it. Both are along the normal: c_gamma of ISO 6336-1, in the transverse plane, is
+    `mesh_stiffness` times the square of the cosine of the base helix angle, over the face width.
 
     Parameters
     ----------
