@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 
 _LEAST_COMPLEMENT = 1e-14  # of 1 - e^2, the square of the half-axes' ratio
@@ -103,15 +104,10 @@ def line_contact_pressure(line_load: ArrayLike, curvature: ArrayLike, modulus: f
 
 def _check_line_contact(line_load: ArrayLike, curvature: ArrayLike, modulus: float) -> None:
     """Missing numbers (NaN) pass, and stay missing."""
-    if np.any(np.less(line_load, 0.0)):
-        raise ValueError(f"the line load of a contact must be at least 0 N/mm, not {np.nanmin(line_load):g}")
-    if np.any(np.less_equal(curvature, 0.0)):
-        raise ValueError(
-            f"the relative curvature of a line contact must be above 0 1/mm, not {np.nanmin(curvature):g}: "
-            "of a concave and a convex body it is the difference of their curvatures"
-        )
-    if not modulus > 0.0:
-        raise ValueError(f"the effective modulus must be above 0 MPa, not {modulus:g}")
+    require_range("the line load", line_load, "N/mm", least=0.0, missing=True)
+    hint = "of a concave and a convex body it is the difference of their curvatures"
+    require_range("the relative curvature", curvature, "1/mm", above=0.0, missing=True, hint=hint)
+    require_range("the effective modulus", modulus, "MPa", above=0.0)
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from math import log1p, pi, sqrt
+from math import inf, log1p, pi, sqrt
 
 import numpy as np
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import njit
 
@@ -102,11 +103,18 @@ def love_coefficients(shape: tuple[int, int], cell: tuple[float, float]) -> Floa
     (nx, ny) array [mm]
         Displacement at (i dx, j dy), to be divided by E* and multiplied by the pressure.
 
+    Raises
+    ------
+    ValueError
+        A number is not positive.
+
     References
     ----------
     Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, *Contact Mechanics* (1985), eq. 3.25.
     """
     (nx, ny), (dx, dy) = shape, cell
+    require_range("the number of offsets", shape, least=1)
+    require_range("the sides of a cell", cell, "mm", above=0.0, below=inf)
     rules = _POINTS_8, _WEIGHTS_8, _POINTS_4, _WEIGHTS_4
     if dx <= dy:
         return np.asarray(_love(nx, ny, dx, dy, *rules) / pi)

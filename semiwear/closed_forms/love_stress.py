@@ -12,10 +12,11 @@ function of the vector from corner to point. Tension is positive.
 
 from __future__ import annotations
 
-from math import pi
+from math import inf, pi
 
 import numpy as np
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -77,6 +78,7 @@ def rectangle_stress(
     depth : float [mm]
         0 or more.
     poissons_ratio : float
+        Above -1, up to 0.5.
 
     Returns
     -------
@@ -84,10 +86,19 @@ def rectangle_stress(
         Components xx, yy, zz, xy, xz, yz at (i dx, j dy), z pointing into the body, tension positive; the loaded cell
         is [:, 0, 0].
 
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
+
     References
     ----------
     Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, *Contact Mechanics* (1985), sec. 3.2.
     """
+    require_range("the number of cells", (columns, rows), least=1)
+    require_range("the sides of a cell", cell, "mm", above=0.0, below=inf)
+    require_range("the depth", depth, "mm", least=0.0, below=inf)
+    require_range("Poisson's ratio", poissons_ratio, above=-1.0, most=0.5)
     x = (np.arange(columns + 1, dtype=np.float64) - 0.5) * cell[0]
     y = (np.arange(rows + 1, dtype=np.float64) - 0.5) * cell[1]
     corners = corner_stress(x[:, None], y, depth, poissons_ratio)

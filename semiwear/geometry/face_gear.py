@@ -13,10 +13,12 @@ from math import atan2, cos, hypot, inf, pi, sin, sqrt, tan
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
-from semiwear.geometry.involute import involute_function
+from semiwear.geometry.involute import DEGREES, involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
 Number = TypeVar("Number", float, FloatArray)
@@ -322,8 +324,8 @@ class FaceGearTooth:
 
 
 def face_gear_flank(
-    radius: FloatArray,
-    profile: FloatArray,
+    radius: ArrayLike,
+    profile: ArrayLike,
     *,
     shaper_teeth: int,
     gear_teeth: int,
@@ -345,13 +347,34 @@ def face_gear_flank(
     shaper_teeth, gear_teeth : int
     module : float [mm]
     pressure_angle : float [rad]
+        Up to pi / 4.
 
     Returns
     -------
     points, normals : (..., 3) arrays [mm], [1]
         In the gear's frame (docs/frame.svg): the axis is y, the tooth space lies about +z. Normals point out of the
         tooth.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range, or the shaper generates no point there.
     """
+    require_range("the number of the shaper's teeth", shaper_teeth, least=1)
+    require_range("the number of the gear's teeth", gear_teeth, least=1)
+    require_range("the module", module, "mm", above=0.0, below=inf)
+    require_range("the pressure angle", pressure_angle, "rad", above=0.0, most=0.25 * pi, hint=DEGREES)
+    origin = 0.25 * shaper_teeth * module * cos(pressure_angle) * tan(pressure_angle) ** 2
+    require_range("the profile coordinate", profile, "mm", most=origin, hint="the involute begins at its base circle")
     # heights end a tooth, they do not shape its flank
     tooth = FaceGearTooth(shaper_teeth, gear_teeth, module, pressure_angle, module, 1.25 * module, 0.0, module)
-    return tooth.points(radius, profile)
+    points, normals = tooth.points(np.asarray(radius, dtype=np.float64), np.asarray(profile, dtype=np.float64))
+    distance = np.hypot(points[..., 0], points[..., 2])
+    missed = np.abs(distance - radius) > 1e-9 * distance
+    if missed.any():
+        wrong, at = (np.broadcast_to(given, missed.shape)[missed][0] for given in (radius, profile))
+        raise ValueError(
+            f"the shaper generates no flank at a radius of {wrong:g} mm and a profile coordinate of {at:g} mm: "
+            "a tooth ends at FaceGearTooth.undercut_radius and pointing_radius"
+        )
+    return points, normals

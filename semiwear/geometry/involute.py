@@ -11,12 +11,20 @@ from math import cos, pi, sin, sqrt, tan
 
 import numpy as np
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 from semiwear.geometry.section import RingRim, ToothSection
+
+DEGREES = "numpy.radians converts degrees"
 
 
 def involute_function(angle: float) -> float:
     """Involute function inv(angle) = tan(angle) - angle [rad], of an angle in rad (ISO 21771, 4.2.3).
+
+    Raises
+    ------
+    ValueError
+        The angle is not between -pi/2 and pi/2.
 
     Examples
     --------
@@ -25,6 +33,7 @@ def involute_function(angle: float) -> float:
     >>> print(f"{involute_function(radians(20.0)):.6f}")
     0.014904
     """
+    require_range("the angle", angle, "rad", above=-0.5 * pi, below=0.5 * pi, hint=DEGREES)
     return tan(angle) - angle
 
 
@@ -37,7 +46,7 @@ def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, Fl
     Parameters
     ----------
     base_radius : float
-        Radius r_b of the base circle [mm].
+        Radius r_b of the base circle, above 0 [mm].
     roll_angle : array
         Roll angle xi, 0 at the base circle [rad].
 
@@ -45,7 +54,13 @@ def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, Fl
     -------
     radius, polar_angle : arrays [mm], [rad]
         Like `roll_angle`; the polar angle is 0 at the involute's origin on the base circle.
+
+    Raises
+    ------
+    ValueError
+        The base radius is not positive.
     """
+    require_range("the base radius", base_radius, "mm", above=0.0)
     return base_radius * np.sqrt(1.0 + np.square(roll_angle)), roll_angle - np.arctan(roll_angle)
 
 

@@ -13,6 +13,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 
 
@@ -28,7 +29,16 @@ def loss_factor(teeth: tuple[int, int], contact_ratios: tuple[float, float], bas
         Of the pinion's and the gear's addendum; neither above 1, together 1 to 2.
     base_helix_cosine : float
         cos beta_b.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
     """
+    require_range("the number of teeth", teeth, least=1)
+    require_range("the contact ratio of an addendum", contact_ratios, least=0.0, most=1.0)
+    require_range("the transverse contact ratio", sum(contact_ratios), least=1.0, most=2.0)
+    require_range("the cosine of the base helix angle", base_helix_cosine, above=0.0, most=1.0)
     first, second = contact_ratios
     spread = 1.0 - first - second + first**2 + second**2
     return pi * (1.0 / teeth[0] + 1.0 / teeth[1]) / base_helix_cosine * spread
@@ -54,7 +64,15 @@ def tooth_temperature(
         R_lambda,G over the housing's surface A_G.
     duty : float
         ED, fraction of the time that the gears run.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
     """
+    require_range("the friction power", friction_power, "W", least=0.0)
+    require_range("a thermal resistance", (tooth_resistance, housing_resistance), "K/W", least=0.0)
+    require_range("the fraction of time that gears run", duty, least=0.0, most=1.0)
     return surroundings + friction_power * (tooth_resistance + housing_resistance) * float(duty**0.64)
 
 
@@ -84,7 +102,18 @@ def plastic_wear(
         Of the worn gear.
     flank_length : float [mm]
         l_Fl, length of the active profile.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
     """
+    require_range("the torque", torque, "N m", least=0.0, missing=True)
+    require_range("the number of cycles", cycles, least=0.0, missing=True)
+    require_range("the loss factor", loss, least=0.0)
+    require_range("the wear coefficient", wear_coefficient, "mm^3/(N m)", least=0.0, missing=True)
+    require_range("the number of teeth", teeth, least=1)
+    require_range("face width and length of the active profile", (face_width, flank_length), "mm", above=0.0)
     work = 2.0 * pi * np.asarray(torque, float) * np.asarray(cycles, float) * loss
     return np.asarray(work * np.asarray(wear_coefficient, float) / (face_width * teeth * flank_length))
 
@@ -97,7 +126,15 @@ def active_profile_length(base_radius: float, root_curvature: float, tip_curvatu
     base_radius : float [mm]
     root_curvature, tip_curvature : float [mm]
         Radii of curvature at the ends of the active profile.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
     """
+    require_range("the base radius", base_radius, "mm", above=0.0)
+    require_range("the radius of curvature at the root", root_curvature, "mm", least=0.0)
+    require_range("the radius of curvature at the tip", tip_curvature, "mm", least=root_curvature)
     return (tip_curvature**2 - root_curvature**2) / (2.0 * base_radius)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 
 _PRESSURE_EXPONENT = 1.4
@@ -37,8 +38,17 @@ def slow_speed_wear(
     radius, test_radius : [mm]
         Relative radius of curvature at the pitch point.
     specific_sliding, test_specific_sliding :
-        Mean specific sliding over the flank, of either sign.
+        Mean specific sliding over the flank, of either sign; that of the test not zero.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
     """
+    require_range("wear rate and cycles", np.append(wear_rate, cycles), least=0.0, missing=True)
+    require_range("pressure and radius", np.append(pressure, radius), least=0.0, missing=True)
+    test = test_pressure, test_radius, abs(test_specific_sliding)
+    require_range("pressure, radius and specific sliding of the test", test, above=0.0)
     ratios = (np.asarray(pressure, float) / test_pressure) ** _PRESSURE_EXPONENT
     ratios = ratios * (np.asarray(radius, float) / test_radius)
     ratios = ratios * np.abs(np.asarray(specific_sliding, float) / test_specific_sliding)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 
 
@@ -18,12 +19,17 @@ def wear_depth(coefficient: float, pressure_distance: ArrayLike) -> FloatArray:
     coefficient : float [mm^2/N]
         k, or k times the number of meshes over which the pressures hold.
     pressure_distance : array [N/mm]
-        Pressure times sliding distance at points of the flank, summed over a mesh.
+        Pressure times sliding distance at points of the flank, summed over a mesh; at least 0.
 
     Returns
     -------
     array [mm]
         Like `pressure_distance`.
+
+    Raises
+    ------
+    ValueError
+        A number is negative.
 
     Examples
     --------
@@ -31,6 +37,8 @@ def wear_depth(coefficient: float, pressure_distance: ArrayLike) -> FloatArray:
     >>> print(f"{wear_depth(1e-13 * 1e8, 50.0):.4f}")  # 1e8 meshes
     0.0005
     """
+    require_range("the wear coefficient", coefficient, "mm^2/N", least=0.0)
+    require_range("pressure times sliding distance", pressure_distance, "N/mm", least=0.0, missing=True)
     return np.multiply(coefficient, pressure_distance)
 
 
@@ -53,10 +61,17 @@ def wear_per_mesh(line_load: ArrayLike, specific_sliding: ArrayLike, wear_coeffi
     -------
     array [mm]
 
+    Raises
+    ------
+    ValueError
+        A number is negative.
+
     Examples
     --------
     >>> from semiwear.wear import wear_per_mesh
     >>> print(f"{1e8 * wear_per_mesh(300.0, 0.5, 1e-13):.6f}")
     0.001500
     """
+    require_range("the line load", line_load, "N/mm", least=0.0, missing=True)
+    require_range("the specific sliding", specific_sliding, least=0.0, missing=True)
     return wear_depth(wear_coefficient, np.multiply(line_load, specific_sliding))

@@ -96,3 +96,29 @@ def test_plewe_gives_back_its_test():
     assert slow_speed_wear(1e-9, 1e6, **same, **test) == pytest.approx(1e-3)
     light = slow_speed_wear(1e-9, 1e6, **(same | {"pressure": 600.0}), **test)
     assert light == pytest.approx(1e-3 / 2.0**1.4)
+
+
+SLOW = {"pressure": 600.0, "radius": 10.0, "specific_sliding": 0.5,
+        "test_pressure": 600.0, "test_radius": 10.0, "test_specific_sliding": -0.5}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("called", "word"),
+    [
+        (lambda: loss_factor((16, 0), (0.6, 0.6)), "number of teeth .* not 0"),
+        (lambda: loss_factor(TEETH, (1.2, 0.5)), "addendum must be at least 0 and at most 1, not 1.2"),
+        (lambda: loss_factor(TEETH, (0.4, 0.4)), "contact ratio must be at least 1 and at most 2, not 0.8"),
+        (lambda: loss_factor(TEETH, (0.6, 0.6), 0.0), "base helix angle .* not 0"),
+        (lambda: tooth_temperature(80.0, -1.0, 0.0, 6.0), "friction power .* not -1"),
+        (lambda: tooth_temperature(80.0, 1.0, -2.0, 6.0), "thermal resistance .* not -2"),
+        (lambda: tooth_temperature(80.0, 1.0, 0.0, 6.0, 50.0), "run must be at least 0 and at most 1, not 50"),
+        (lambda: plastic_wear([8.0, -8.0], 1e7, LOSS, 1e-6, 15.0, 52, 1.33), "torque .* not -8"),
+        (lambda: plastic_wear(8.0, 1e7, LOSS, 1e-6, 15.0, 52, 0.0), "length of the active profile .* not 0"),
+        (lambda: active_profile_length(20.0, 5.0, 4.0), "tip must be at least 5 mm, not 4"),
+        (lambda: slow_speed_wear(-1e-9, 1e6, **SLOW), "wear rate and cycles .* not -1e-09"),
+        (lambda: slow_speed_wear(1e-9, 1e6, **SLOW | {"test_pressure": 0.0}), "of the test .* not 0"),
+    ],
+)
+def test_estimates_refuse_numbers_out_of_range(called, word):
+    with pytest.raises(ValueError, match=word):
+        called()

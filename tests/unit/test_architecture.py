@@ -18,7 +18,7 @@ ROOT = PACKAGE.parent
 # From the first to the last: a room may import itself and the rooms before it (design, section 2).
 # `references` holds published figures; `check` is passed into scene/, so that scene/ needs no geometry.
 LAYERS = (
-    ("arrays", "errors", "untyped", "plain_text", "html_text"),
+    ("argument_ranges", "arrays", "errors", "untyped", "plain_text", "html_text"),
     ("references",),
     ("targets", "sources", "kernel_cache", "kept_on_disk", "threads", "closed_forms"),
     ("kernel_list", "own_python"),

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from semiwear.contact import effective_modulus, line_contact_half_width, line_contact_pressure
+from semiwear.contact import (
+    effective_modulus,
+    line_contact_half_width,
+    line_contact_pressure,
+    love_coefficients,
+    rectangle_stress,
+)
+from semiwear.geometry import face_gear_flank, involute, involute_function
 from semiwear.wear import wear_depth, wear_per_mesh
 
 FUNCTIONS = {
@@ -63,3 +70,41 @@ def test_line_contacts_that_cannot_be_are_refused(function, given, word):
 def test_missing_numbers_of_line_contacts_stay_missing(function):
     found = function([300.0, np.nan, 0.0], [0.1, 0.1, np.nan], 113e3)
     assert np.array_equal(np.isnan(found), [False, True, True])
+
+
+FLANK = {"shaper_teeth": 28, "gear_teeth": 160, "module": 4.0, "pressure_angle": np.radians(25.0)}
+
+
+@pytest.mark.parametrize(
+    ("called", "word"),
+    [
+        (lambda: wear_depth(-1e-13, 1.0), "wear coefficient must be at least 0 mm.2/N, not -1e-13"),
+        (lambda: wear_depth(1e-13, [1.0, -2.0]), "sliding distance .* not -2"),
+        (lambda: wear_per_mesh([-1.0], 0.1, 1e-13), "line load .* not -1"),
+        (lambda: wear_per_mesh(1.0, -0.1, 1e-13), "specific sliding .* not -0.1"),
+        (lambda: love_coefficients((4, 4), (0.0, 1.0)), "sides of a cell must be above 0 mm, not 0"),
+        (lambda: love_coefficients((0, 4), (1.0, 1.0)), "number of offsets must be at least 1, not 0"),
+        (lambda: rectangle_stress(4, 4, cell=(1.0, 1.0), depth=-1.0, poissons_ratio=0.3), "depth .* not -1"),
+        (lambda: rectangle_stress(4, 4, cell=(1.0, np.nan), depth=1.0, poissons_ratio=0.3), "cell .* not nan"),
+        (lambda: rectangle_stress(4, 4, cell=(1.0, 1.0), depth=1.0, poissons_ratio=0.6), "above -1 and at most 0.5"),
+        (lambda: involute(0.0, np.zeros(1)), "base radius must be above 0 mm, not 0"),
+        (lambda: involute_function(20.0), "rad, not 20: numpy.radians"),
+        (lambda: face_gear_flank(320.0, 0.0, **FLANK | {"pressure_angle": 25.0}), "rad, not 25: numpy.radians"),
+        (lambda: face_gear_flank(320.0, 0.0, **FLANK | {"module": -4.0}), "module .* not -4"),
+        (lambda: face_gear_flank(320.0, [0.0, 6.0], **FLANK), "profile coordinate must be at most 5.5.* not 6"),
+        (lambda: face_gear_flank([320.0, 290.0], 0.0, **FLANK), "no flank at a radius of 290 mm"),
+        (lambda: face_gear_flank(100.0, 0.0, **FLANK), "no flank at a radius of 100 mm"),
+    ],
+)
+def test_numbers_out_of_range_are_refused(called, word):
+    with pytest.raises(ValueError, match=word):
+        called()
+
+
+def test_points_of_a_face_gears_flank_lie_at_their_radii():
+    """Up to 5.518 mm, where the shaper's involute of a base radius of 50.75 mm begins."""
+    points, normals = face_gear_flank([300.0, 340.0, 380.0], [[-4.0], [0.0], [5.5179]], **FLANK)
+    assert np.hypot(points[..., 0], points[..., 2]) == pytest.approx(
+        np.tile([300.0, 340.0, 380.0], (3, 1)), rel=1e-12
+    )
+    assert np.linalg.norm(normals, axis=-1) == pytest.approx(np.ones((3, 3)), rel=1e-12)
