@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
-from semiwear.geometry.involute import DEGREES, involute_function
+from semiwear.geometry.involute import involute_function, require_rack
 from semiwear.geometry.section import RackRim, ToothSection
 
 Number = TypeVar("Number", float, FloatArray)
@@ -47,6 +47,11 @@ class FaceGearTooth:
         Radius that rounds the crest of the shaper [mm].
     rim_thickness : float
         Material between the root plane and the back face [mm].
+
+    Raises
+    ------
+    ValueError
+        A number cannot be.
     """
 
     shaper_teeth: int
@@ -57,6 +62,10 @@ class FaceGearTooth:
     shaper_addendum: float
     shaper_tip_radius: float
     rim_thickness: float
+
+    def __post_init__(self) -> None:
+        require_range("the numbers of teeth of shaper and gear", (self.shaper_teeth, self.gear_teeth), least=1)
+        require_rack(self.module, self.pressure_angle)
 
     @property
     def ratio(self) -> float:
@@ -347,7 +356,6 @@ def face_gear_flank(
     shaper_teeth, gear_teeth : int
     module : float [mm]
     pressure_angle : float [rad]
-        Up to pi / 4.
 
     Returns
     -------
@@ -360,14 +368,10 @@ def face_gear_flank(
     ValueError
         A number is out of its range, or the shaper generates no point there.
     """
-    require_range("the number of the shaper's teeth", shaper_teeth, least=1)
-    require_range("the number of the gear's teeth", gear_teeth, least=1)
-    require_range("the module", module, "mm", above=0.0, below=inf)
-    require_range("the pressure angle", pressure_angle, "rad", above=0.0, most=0.25 * pi, hint=DEGREES)
-    origin = 0.25 * shaper_teeth * module * cos(pressure_angle) * tan(pressure_angle) ** 2
-    require_range("the profile coordinate", profile, "mm", most=origin, hint="the involute begins at its base circle")
     # heights end a tooth, they do not shape its flank
     tooth = FaceGearTooth(shaper_teeth, gear_teeth, module, pressure_angle, module, 1.25 * module, 0.0, module)
+    origin = 0.5 * tooth.shaper_base_radius * tan(pressure_angle) ** 2
+    require_range("the profile coordinate", profile, "mm", most=origin, hint="the involute begins at its base circle")
     points, normals = tooth.points(np.asarray(radius, dtype=np.float64), np.asarray(profile, dtype=np.float64))
     distance = np.hypot(points[..., 0], points[..., 2])
     missed = np.abs(distance - radius) > 1e-9 * distance

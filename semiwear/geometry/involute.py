@@ -7,7 +7,7 @@ the fixed frame (docs/frame.svg). The flank described here is the one on the -x 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, pi, sin, sqrt, tan
+from math import cos, inf, pi, sin, sqrt, tan
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from semiwear.argument_ranges import require_range
 from semiwear.arrays import FloatArray
 from semiwear.geometry.section import RingRim, ToothSection
 
-DEGREES = "numpy.radians converts degrees"
+_DEGREES = "numpy.radians converts degrees"
 
 
 def involute_function(angle: float) -> float:
@@ -33,7 +33,7 @@ def involute_function(angle: float) -> float:
     >>> print(f"{involute_function(radians(20.0)):.6f}")
     0.014904
     """
-    require_range("the angle", angle, "rad", above=-0.5 * pi, below=0.5 * pi, hint=DEGREES)
+    require_range("the angle", angle, "rad", above=-0.5 * pi, below=0.5 * pi, hint=_DEGREES)
     return tan(angle) - angle
 
 
@@ -64,6 +64,12 @@ def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, Fl
     return base_radius * np.sqrt(1.0 + np.square(roll_angle)), roll_angle - np.arctan(roll_angle)
 
 
+def require_rack(module: float, pressure_angle: float) -> None:
+    """Refuse a module [mm] or a pressure angle [rad] that no rack of involute teeth has."""
+    require_range("the module", module, "mm", above=0.0, below=inf)
+    require_range("the pressure angle", pressure_angle, "rad", above=0.0, below=0.5 * pi, hint=_DEGREES)
+
+
 @dataclass(frozen=True)
 class InvoluteTooth:
     """One tooth of an external spur gear.
@@ -86,6 +92,11 @@ class InvoluteTooth:
         Radius of the bore of the ring that carries the teeth [mm].
     profile_shift : float
         Distance of the rack's reference line from the pitch circle, positive away from the axis [mm]. Default 0.
+
+    Raises
+    ------
+    ValueError
+        A number cannot be.
     """
 
     teeth: float
@@ -96,6 +107,13 @@ class InvoluteTooth:
     rack_tip_radius: float
     bore_radius: float
     profile_shift: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_range("the number of teeth", self.teeth, above=0.0)
+        require_rack(self.module, self.pressure_angle)
+        require_range("the addendum of the rack", self.rack_addendum, "mm", least=0.0)
+        require_range("the tip radius of the rack", self.rack_tip_radius, "mm", least=0.0)
+        require_range("the radius of the bore", self.bore_radius, "mm", least=0.0)
 
     @property
     def pitch_radius(self) -> float:

@@ -1,5 +1,7 @@
 """Public functions on plain arrays take lists and scalars, as their users write them, and refuse what no body has."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from semiwear.contact import (
     love_coefficients,
     rectangle_stress,
 )
-from semiwear.geometry import face_gear_flank, involute, involute_function
+from semiwear.geometry import FaceGearTooth, InvoluteTooth, face_gear_flank, involute, involute_function
 from semiwear.wear import wear_depth, wear_per_mesh
 
 FUNCTIONS = {
@@ -72,6 +74,7 @@ def test_missing_numbers_of_line_contacts_stay_missing(function):
     assert np.array_equal(np.isnan(found), [False, True, True])
 
 
+TOOTH = InvoluteTooth(20.0, 4.0, np.radians(20.0), 4.0, 5.0, 1.0, 15.0)
 FLANK = {"shaper_teeth": 28, "gear_teeth": 160, "module": 4.0, "pressure_angle": np.radians(25.0)}
 
 
@@ -90,6 +93,12 @@ FLANK = {"shaper_teeth": 28, "gear_teeth": 160, "module": 4.0, "pressure_angle":
         (lambda: involute(0.0, np.zeros(1)), "base radius must be above 0 mm, not 0"),
         (lambda: involute_function(20.0), "rad, not 20: numpy.radians"),
         (lambda: face_gear_flank(320.0, 0.0, **FLANK | {"pressure_angle": 25.0}), "rad, not 25: numpy.radians"),
+        (lambda: face_gear_flank(320.0, 0.0, **FLANK | {"gear_teeth": 0}), "teeth .* not 0"),
+        (lambda: replace(TOOTH, teeth=0.0), "number of teeth must be above 0, not 0"),
+        (lambda: replace(TOOTH, pressure_angle=20.0), "pressure angle .* not 20: numpy.radians"),
+        (lambda: replace(TOOTH, bore_radius=np.nan), "bore .* not nan"),
+        (lambda: replace(TOOTH, rack_tip_radius=-1.0), "tip radius of the rack .* not -1"),
+        (lambda: FaceGearTooth(28, 0.5, 4.0, 0.4, 4.0, 5.0, 1.0, 10.0), "shaper and gear must be .* not 0.5"),
         (lambda: face_gear_flank(320.0, 0.0, **FLANK | {"module": -4.0}), "module .* not -4"),
         (lambda: face_gear_flank(320.0, [0.0, 6.0], **FLANK), "profile coordinate must be at most 5.5.* not 6"),
         (lambda: face_gear_flank([320.0, 290.0], 0.0, **FLANK), "no flank at a radius of 290 mm"),
