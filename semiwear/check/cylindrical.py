@@ -53,7 +53,9 @@ def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iter
     if not isfinite(tight):
         fix = f"there is no centre distance for such shifts: {'lower' if t.internal else 'raise'} their sum"
         allowed = f"a {'smaller' if t.internal else 'greater'} profile shift"
-        yield problem_of(scene, "gear_profile_shift", allowed, fix)
+        farthest = max if t.internal else min  # from what there is a centre distance for
+        shift = farthest(("gear_profile_shift", "pinion_profile_shift"), key=lambda name: float(getattr(t, name)))
+        yield problem_of(scene, shift, allowed, fix)
         return
     if not isfinite(t.working_pressure_angle):
         allowed = f"{'up to' if t.internal else 'at least'} {(down if t.internal else up)(tight)} mm"

@@ -288,8 +288,11 @@ def draw(
     for key, raw in distributions.items():
         wrong: list[Problem] = []
         read[key] = read_distribution(key, raw, scene, wrong)
-        # what a misspelt field's distribution lacks may be known of the field that was meant
-        problems += [one for one in wrong if _rules(scene, key) or one.value is not None]
+        if not _rules(
+            scene, key
+        ):  # told already; what its distribution lacks may be known of the field that was meant
+            wrong = [one for one in wrong if one.value is not None and one.field != key]
+        problems += wrong
     matrix = read_correlation(list(read), sampling.correlation, problems)
     known = {key: own for key, own in read.items() if own is not None}
     if problems:

@@ -131,6 +131,8 @@ def test_without_a_type_the_names_decide_what_is_missing():
 LIMITS = [
     ({"pinion_teeth": 12, "pinion_profile_shift": 0.0}, "pinion_profile_shift", "undercut"),
     ({"pinion_profile_shift": 0.5, "centre_distance_mm": 91.5}, "centre_distance_mm", "jam"),
+    ({"pinion_teeth": 16, "pinion_profile_shift": -2.0}, "pinion_profile_shift", "raise their sum"),
+    ({"pinion_teeth": 16, "gear_profile_shift": -2.0}, "gear_profile_shift", "raise their sum"),
     ({"centre_distance_mm": 80.0}, "centre_distance_mm", "line of action"),
     ({"pinion_tip_diameter_mm": 95.0}, "pinion_tip_diameter_mm", "pointed"),
     ({"pinion_tip_diameter_mm": 84.9}, "pinion_tip_diameter_mm", "clearance"),

@@ -378,6 +378,12 @@ def test_a_study_file_may_give_distributions(solved, unseen, sweep_study, tmp_pa
     assert "Quantiles of 32 samples" in page and "What meshes_to_limit depends on" in page
 
 
+def test_a_field_that_no_scene_has_is_told_once(spur):
+    with pytest.raises(sw.SceneError) as caught:
+        sw.scatter(spur, distributions={"x": 1, "operation.pinion_torqe_Nm": 2.0})
+    assert [problem.field for problem in caught.value.problems] == ["x", "operation.pinion_torqe_Nm"]
+
+
 def test_a_study_file_tells_all_its_problems(solved, sweep_study, capsys):
     bad = (
         STUDY.replace('"normal"', '"norml"').replace("= 16", "= 17").replace('"lognormal"', '"lognormal", spread = 1')
