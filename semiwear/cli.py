@@ -77,7 +77,8 @@ def _main(arguments: Sequence[str] | None) -> int:
                 end: Table | tuple[int, Table] = command(*given)
             status, output = end if isinstance(end, tuple) else (0, end)
         except (SemiwearError, OSError) as error:
-            print(error_as_json(error) if options.json else f"semiwear: {error}", file=sys.stderr)
+            named = _with_the_files_name(error, options)
+            print(error_as_json(named) if options.json else f"semiwear: {named}", file=sys.stderr)
             return 2
         except KeyboardInterrupt:
             print(f"semiwear: stopped{_heavy('stopped', 'kept')(options)}", file=sys.stderr)
@@ -85,6 +86,14 @@ def _main(arguments: Sequence[str] | None) -> int:
     if options.json:
         print(as_json({"command": options.command} | output))
     return status
+
+
+def _with_the_files_name(error: Exception, options: argparse.Namespace) -> Exception:
+    """Problems of a nameless scene under the name that the command line gives its file."""
+    if not isinstance(error, SceneError) or error.scene_name != SceneError.NAMELESS:
+        return error
+    given = (getattr(options, name, None) for name in ("scene", "study", "file", "of"))
+    return SceneError(error.problems, next((str(name) for name in given if name), error.scene_name))
 
 
 def _read(options: argparse.Namespace) -> tuple[object, ...]:

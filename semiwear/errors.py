@@ -53,10 +53,14 @@ class SceneError(SemiwearError, ValueError):
     ----------
     problems : tuple of Problem
         Every reason at once.
+    scene_name : str
+        Name of the input, with which the message begins.
     """
 
-    def __init__(self, problems: Sequence[Problem], scene_name: str = "scene"):
-        self.problems = tuple(problems)
+    NAMELESS = "scene"
+
+    def __init__(self, problems: Sequence[Problem], scene_name: str = NAMELESS):
+        self.problems, self.scene_name = tuple(problems), scene_name
         count = len(self.problems)
         lines = "\n".join(f"  {k + 1}. {problem}" for k, problem in enumerate(self.problems))
         super().__init__(f"{scene_name}: {count} problem{'s' if count != 1 else ''}\n{lines}")
@@ -64,7 +68,7 @@ class SceneError(SemiwearError, ValueError):
     @classmethod
     def of(cls, field: str, value: object, allowed: str, fix: str = "") -> SceneError:
         """An error with a single problem, of a field of the scene or an option of the command line."""
-        return cls([Problem(field, value, allowed, fix)], "command line" if field.startswith("-") else "scene")
+        return cls([Problem(field, value, allowed, fix)], "command line" if field.startswith("-") else cls.NAMELESS)
 
 
 class Collected:

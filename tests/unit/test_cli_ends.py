@@ -32,6 +32,19 @@ def test_a_run_ends_in_one_json_document(tmp_path, capsys):
     assert "computing the unworn teeth" in told.err
 
 
+@pytest.mark.parametrize("change", ["wear=none", "operation.pinion_torque_Nm=1e9"])
+def test_problems_found_in_a_run_are_told_under_the_scenes_name(change, capsys):
+    assert main(["run", "spur_fzg_c", *SMALL, f"--set={change}"]) == 2
+    assert "semiwear: spur_fzg_c: 1 problem" in capsys.readouterr().err
+
+
+def test_problems_found_in_a_result_are_told_under_its_files_name(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "spur_fzg_c", *SMALL, "-o", "worn.nc"]) == 0
+    assert main(["export", "worn.nc", "--wear-step=9", "-o", "worn.vtu"]) == 2
+    assert "semiwear: worn.nc: 1 problem\n  1. wear_step: found 9" in capsys.readouterr().err
+
+
 def test_a_quiet_run_says_nothing_but_its_end(capsys):
     assert main(["run", "spur_fzg_c", *SMALL, "--quiet"]) == 0
     told = capsys.readouterr()
