@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.plain_text import separator_of
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import is_whole, shown
 from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
@@ -215,7 +215,9 @@ def _columns(torque: Value, time: ArrayLike | None, speed: ArrayLike | None) -> 
         return {name: values for name, values in given.items() if values is not None}
     names = list(torque.keys())
     problems = [
-        Problem(str(name), "a column", f"columns {', '.join(_COLUMNS)}", _meant(str(name)))
+        Problem(
+            str(name), "a column", f"columns {', '.join(_COLUMNS)}", advised_name(str(name), _COLUMNS, "leave it out")
+        )
         for name in names
         if name not in _COLUMNS
     ]
@@ -245,11 +247,6 @@ def _from_file(path: Path) -> dict[str, FloatArray]:
     if rows.shape[1] != len(names):
         raise SceneError.of("torque", f"{path}: {len(names)} names, {rows.shape[1]} columns", "a name a column")
     return {name: rows[:, k] for k, name in enumerate(names)}
-
-
-def _meant(name: str) -> str:
-    meant = closest(name, _COLUMNS)
-    return f"did you mean {meant}?" if meant else "leave it out"
 
 
 def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:

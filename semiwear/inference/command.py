@@ -57,7 +57,7 @@ from semiwear.inference.posterior import Posterior
 from semiwear.inference.run import infer, plan_inference
 from semiwear.plain_text import rows_of
 from semiwear.plot.style import styled
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
@@ -217,8 +217,7 @@ def _observation(
     for key in given:
         if key not in names:
             where, value = (key, shown(given[key])) if key in table else ("file", f"column {key!r}")
-            meant = closest(key, names)
-            fix = f"did you mean {meant}?" if meant else "remove it"
+            fix = advised_name(key, names, "remove it")
             wrong.append(Problem(f"{field}.{where}", value, ", ".join(names), fix))
     needed = [entry.name for entry in fields(kind) if entry.default is MISSING and entry.name not in given]
     wrong += [Problem(f"{field}.{key}", None, "given", "see docs/inference.md") for key in needed]

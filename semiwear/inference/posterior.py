@@ -19,7 +19,7 @@ from semiwear.measured.life_spread import require_share
 from semiwear.plain_text import folded, table
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.units import unit_of
 
 if TYPE_CHECKING:
@@ -79,8 +79,7 @@ class Posterior:
             return np.asarray(self.values[:, ends[0]])
         if ends:
             raise SemiwearError(f"{key} is the last part of {' and of '.join(self.keys[k] for k in ends)}: give one")
-        meant = closest(key, [*self.keys, *names])
-        hint = f"did you mean {meant}?" if meant else f"there are {', '.join(self.keys)}"
+        hint = advised_name(key, [*self.keys, *names], f"there are {', '.join(self.keys)}")
         raise SemiwearError(f"{key} was not inferred: {hint}")
 
     def quantile(self, key: str, share: float) -> float:

@@ -12,7 +12,7 @@ from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.nominal import NominalFlank
 from semiwear.plain_text import one_of
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 
 MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
 """Small motions of a body: about and along its axis; shifts towards the flank and across; tilts about these two."""
@@ -135,8 +135,7 @@ def require_motions(names: object, field: str) -> tuple[str, ...]:
     listed = list(names)
     for name in listed:
         if name not in MOTIONS:
-            meant = closest(name, MOTIONS) if isinstance(name, str) else None
-            raise SceneError.of(field, name, one_of(MOTIONS), f"did you mean {meant}?" if meant else fix)
+            raise SceneError.of(field, name, one_of(MOTIONS), advised_name(str(name), MOTIONS, fix))
     return tuple(map(str, listed))
 
 

@@ -14,7 +14,7 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.optimise.space import scene_value
 from semiwear.results import VARIABLES, Variable
 from semiwear.scene import Scene
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.values import meant_number, shown
 from semiwear.sweep.measure import Measure, Measured
@@ -129,8 +129,7 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
     name = match["name"]
     words = [word for word in re.split(r"[\s,]+", match["which"] or "") if word]
     if name not in known:
-        meant = closest(name, list(known))
-        fix = f"did you mean {meant}?" if meant else "see the group /history of a result"
+        fix = advised_name(name, known, "see the group /history of a result")
         problems.append(Problem(field, shown(name), "a variable of /history or /life", fix))
         return None
     entry = known[name]

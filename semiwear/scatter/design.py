@@ -19,7 +19,7 @@ from scipy.special import ndtr, ndtri
 from semiwear.arrays import FloatArray
 from semiwear.errors import Problem
 from semiwear.scatter.distributions import Distribution
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import is_number, shown
 
 _LEAST = 2.0**-40  # a probability of 0 has no finite quantile
@@ -86,8 +86,7 @@ def read_correlation(
         named = pair if isinstance(pair, tuple) and len(pair) == 2 else ()
         for name in named:
             if name not in fields:
-                meant = closest(str(name), fields)
-                fix = f"did you mean {meant}?" if meant else "give it a distribution"
+                fix = advised_name(str(name), fields, "give it a distribution")
                 problems.append(Problem("correlation", shown(name), f"one of {', '.join(fields)}", fix))
         if len(set(named)) != 2:
             problems.append(Problem("correlation", shown(pair), "pairs of two fields", 'e.g. {("a", "b"): 0.5}'))

@@ -18,7 +18,7 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.measured.life_spread import log_deviation
 from semiwear.scene import Scene
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import shown
 from semiwear.untyped import Table
 
@@ -218,12 +218,8 @@ def _from_table(field: str, table: Mapping[str, object], scene: Scene | None, pr
     kind = DISTRIBUTIONS.get(name) if isinstance(name, str) else None
     allowed = " or ".join(f'"{known}"' for known in DISTRIBUTIONS)
     if kind is None:
-        meant = closest(str(name), DISTRIBUTIONS)
-        fix = (
-            f'did you mean "{meant}"?'
-            if meant
-            else 'give e.g. {distribution = "normal", mean = 1600, deviation = 80}'
-        )
+        example = 'give e.g. {distribution = "normal", mean = 1600, deviation = 80}'
+        fix = advised_name(str(name), DISTRIBUTIONS, example, quoted=True)
         problems.append(Problem(f"{field}, distribution", shown(name), allowed, fix))
         return None
     given = {key: value for key, value in table.items() if key != "distribution"}
@@ -237,18 +233,13 @@ def _from_table(field: str, table: Mapping[str, object], scene: Scene | None, pr
     names = [parameter.name for parameter in fields(kind)]
     needed = [parameter.name for parameter in fields(kind) if parameter.default is MISSING]
     wrong = [
-        Problem(f"{field}, {key}", shown(given[key]), f"{', '.join(names)}", _meant(key, names))
+        Problem(f"{field}, {key}", shown(given[key]), f"{', '.join(names)}", advised_name(key, names, "remove it"))
         for key in given
         if key not in names
     ]
     wrong += [Problem(f"{field}, {key}", None, "a number", f"needed by {name}") for key in needed if key not in given]
     problems += wrong
     return None if wrong else kind(**given)  # type: ignore[arg-type]
-
-
-def _meant(key: str, names: list[str]) -> str:
-    meant = closest(key, names)
-    return f"did you mean {meant}?" if meant else "remove it"
 
 
 def _not_numbers(field: str, raw: Normal | LogNormal | Uniform | Triangular) -> list[Problem]:

@@ -14,7 +14,7 @@ from semiwear.emulator import CONFIDENCE
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import shown
 from semiwear.sweep.outcome import Status, has_numbers
 
@@ -73,8 +73,7 @@ class Scatter:
             There is no such quantity, or no sample has it.
         """
         if name not in self.quantities:
-            meant = closest(name, self.quantities)
-            hint = f"did you mean {meant!r}?" if meant else f"there are {', '.join(self.quantities)}"
+            hint = advised_name(name, self.quantities, f"there are {', '.join(self.quantities)}", quoted=True)
             raise SemiwearError(f"no quantity {name!r} in the samples: {hint}")
         found = self.quantities[name][: self.independent]
         return np.asarray(found[~np.isnan(found)])

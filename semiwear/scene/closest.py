@@ -33,3 +33,11 @@ def closest(word: str, options: Iterable[str]) -> str | None:
     """The option closest to the word, or None if none is close."""
     best = max(options, key=lambda option: closeness(word, option), default=None)
     return best if best is not None and closeness(word, best) > 0.0 else None
+
+
+def advised_name(word: str, options: Iterable[str], otherwise: str, *, quoted: bool = False) -> str:
+    """Advice on a misspelt name: the closest option, in quotes where text stands in a file, or what else to do."""
+    meant = closest(word, options)
+    if meant is None:
+        return otherwise
+    return f'did you mean "{meant}"?' if quoted else f"did you mean {meant}?"

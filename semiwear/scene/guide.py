@@ -13,7 +13,7 @@ from importlib import resources
 from pathlib import Path
 
 from semiwear.errors import SceneError
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.effects import EFFECTS
 from semiwear.scene.load import load_scene
 from semiwear.scene.named_data import NAMING
@@ -77,9 +77,7 @@ def _written(value: Value) -> str:
 
 def _schema(kind: str) -> Schema:
     if kind not in SCHEMAS:
-        meant = closest(kind, SCHEMAS)
-        fix = f"did you mean {meant}?" if meant else "choose one of them"
-        raise SceneError.of("kind", kind, ", ".join(SCHEMAS), fix)
+        raise SceneError.of("kind", kind, ", ".join(SCHEMAS), advised_name(kind, SCHEMAS, "choose one of them"))
     return SCHEMAS[kind]
 
 
@@ -101,8 +99,7 @@ def field_notes(kind: str, table: str | None = None) -> list[FieldNote]:
     schema = _schema(kind)
     if table is not None and not any(name == table or name.startswith(f"{table}.") for name in schema.tables):
         names = [name for name in schema.tables if name]
-        meant = closest(table, names)
-        raise SceneError.of("table", table, ", ".join(names), f"did you mean {meant}?" if meant else "choose one")
+        raise SceneError.of("table", table, ", ".join(names), advised_name(table, names, "choose one"))
     declared = {
         f"{name}.{entry.name}" if name else entry.name: (str(entry.type), str(entry.metadata.get("meaning", "")))
         for name, owner in schema.tables.items()

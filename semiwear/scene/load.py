@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from semiwear.errors import Problem, SceneError
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.toml_io import read_toml
 from semiwear.sources import NETCDF, no_pipe
@@ -114,8 +114,7 @@ def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
         problem = problem or Problem("scene", found, allowed, "is this the file of a scene?")
     except FileNotFoundError:
         shipped = shipped_scenes()
-        meant = closest(path.stem, shipped)
-        fix = f'did you mean "{meant}"?' if meant else "check the path"
+        fix = advised_name(path.stem, shipped, "check the path", quoted=True)
         allowed = f"the path of a scene file, or a shipped scene: {', '.join(shipped)}"
         problem = Problem("scene", f"no file {str(path)!r}", allowed, fix)
     except IsADirectoryError:

@@ -8,7 +8,7 @@ from math import degrees
 
 from semiwear.errors import Problem
 from semiwear.plain_text import one_of
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole
 from semiwear.untyped import Value
 
@@ -105,10 +105,7 @@ def choice(*options: str, otherwise: str = "") -> Rule:
     allowed = one_of(options)
 
     def fix(value: str) -> str:
-        meant = closest(value, options)
-        if meant is not None:
-            return f'did you mean "{meant}"?'
-        return otherwise or f'give "{options[0]}"'
+        return advised_name(value, options, otherwise or f'give "{options[0]}"', quoted=True)
 
     return Rule(text, allowed, lambda value: value in options, fix)
 

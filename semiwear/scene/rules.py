@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from semiwear.references.named_data import WEAR, named_sets
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name, closest
 from semiwear.scene.declare import declared
 from semiwear.scene.rule import Rule, choice
 from semiwear.scene.values import Unreadable, number, numbers, shown, text, texts
@@ -207,8 +207,7 @@ def tooth_compliance() -> Rule:
     words = ("prism", "rigid")
 
     def fix(value: str) -> str:
-        meant = closest(value, words)
-        return f'did you mean "{meant}"?' if meant else 'give "prism", or a file that ends with .nc'
+        return advised_name(value, words, 'give "prism", or a file that ends with .nc', quoted=True)
 
     allowed = '"prism" or "rigid" or a netCDF file of influence data'
 

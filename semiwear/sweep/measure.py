@@ -10,7 +10,7 @@ import xarray as xr
 
 from semiwear.errors import Problem, SceneError
 from semiwear.results import COORDINATES, GROUPS, VARIABLES
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.values import shown
 
 STATES = ("all", "last")
@@ -91,8 +91,7 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
         elif plain in known:
             paths.add(known[plain])
         else:
-            meant = closest(plain, [*groups, *known]) if plain else None
-            fix = f"did you mean {meant}?" if meant else "see semiwear/results/schema.py, or sw.results.VARIABLES"
+            fix = advised_name(plain, [*groups, *known], "see semiwear/results/schema.py, or sw.results.VARIABLES")
             allowed = f"a group ({', '.join(groups)}) or a variable of a result"
             problems.append(Problem("measure", shown(name), allowed, fix))
     if not requested and not problems:

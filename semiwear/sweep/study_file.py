@@ -27,7 +27,7 @@ import numpy as np
 from semiwear.check import geometric_problems
 from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene, load_scene, scene_files, shipped_scenes
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name, closest
 from semiwear.scene.edit import problems_without_scene
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.toml_io import read_toml
@@ -119,8 +119,7 @@ def read_study(
     names = ("scene", *options, "set", "vary", *further)
     for name in data:
         if name not in names:
-            meant = _meant(name, data[name], names)
-            fix = f"did you mean {meant}?" if meant else "remove it"
+            fix = _advice(name, data[name], names)
             problems.append(Problem(name, shown(data[name]), f"a name of a study: {', '.join(names)}", fix))
     vary = _lists(_table(data, "vary", problems), problems)
     changes = {key: _or_none(key, value) for key, value in flat_fields(_table(data, "set", problems))}
@@ -131,12 +130,12 @@ def read_study(
     return Study(source, scene, given if isinstance(given, str) else "", vary, found, tables)
 
 
-def _meant(name: str, value: Value, names: Sequence[str]) -> str | None:
-    """Name of a study that was probably meant; an unknown table is taken to hold fields."""
+def _advice(name: str, value: Value, names: Sequence[str]) -> str:
+    """Advice on an unknown name of a study; an unknown table is taken to hold fields."""
     if not isinstance(value, Mapping):
-        return closest(name, names)
+        return advised_name(name, names, "remove it")
     tables = [table for table in _OF_FIELDS if table in names]
-    return f"[{closest(name, (*tables, 'set', 'scatter')) or tables[0]}]"
+    return f"did you mean [{closest(name, (*tables, 'set', 'scatter')) or tables[0]}]?"
 
 
 def _text(source: Path) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene import Scene
-from semiwear.scene.closest import closest
+from semiwear.scene.closest import advised_name
 from semiwear.scene.edit import edited, unknown_field
 from semiwear.scene.reading import read_fields
 from semiwear.scene.schema import SCHEMAS, Schema, schemas_of_scene, to_dict
@@ -102,8 +102,8 @@ def combine_problems(combine: object) -> list[Problem]:
     """The problem of an argument `combine` that is none of `COMBINATIONS`."""
     if combine in COMBINATIONS:
         return []
-    meant = closest(str(combine), COMBINATIONS)
-    fix = f'did you mean "{meant}"?' if meant else '"grid" for all combinations, "zip" for lists side by side'
+    otherwise = '"grid" for all combinations, "zip" for lists side by side'
+    fix = advised_name(str(combine), COMBINATIONS, otherwise, quoted=True)
     return [Problem("combine", shown(combine), '"grid" or "zip"', fix)]
 
 

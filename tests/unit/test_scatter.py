@@ -243,7 +243,7 @@ def test_indices_tell_what_matters(solved):
     assert list(settled["samples_drawn"].values) == [8, 16, 32] and np.isfinite(settled["value"]).all()
     told = str(found)
     assert "64 samples" in told and "B10" in told and "95 % intervals" in told
-    with pytest.raises(SemiwearError, match="did you mean 'load_share_max'"):
+    with pytest.raises(SemiwearError, match='did you mean "load_share_max"'):
         found.quantile("load_share", 0.1)
     with pytest.raises(SceneError, match="share"):
         found.quantile("meshes", 1.0)
