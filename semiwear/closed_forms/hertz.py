@@ -56,7 +56,7 @@ def line_contact_half_width(line_load: ArrayLike, curvature: ArrayLike, modulus:
     line_load : array [N/mm]
         At least 0.
     curvature : array [1/mm]
-        Relative curvature 1/R across the line, above 0; it broadcasts with `line_load`.
+        Relative curvature 1/R across the line, above 0 under load; it broadcasts with `line_load`.
     modulus : float [MPa]
         Effective modulus E*, above 0.
 
@@ -83,7 +83,7 @@ def line_contact_pressure(line_load: ArrayLike, curvature: ArrayLike, modulus: f
     line_load : array [N/mm]
         At least 0.
     curvature : array [1/mm]
-        Relative curvature 1/R across the line, above 0; it broadcasts with `line_load`.
+        Relative curvature 1/R across the line, above 0 under load; it broadcasts with `line_load`.
     modulus : float [MPa]
         Effective modulus E*, above 0.
 
@@ -106,7 +106,8 @@ def _check_line_contact(line_load: ArrayLike, curvature: ArrayLike, modulus: flo
     """Missing numbers (NaN) pass, and stay missing."""
     require_range("the line load", line_load, "N/mm", least=0.0, missing=True)
     hint = "of a concave and a convex body it is the difference of their curvatures"
-    require_range("the relative curvature", curvature, "1/mm", above=0.0, missing=True, hint=hint)
+    loaded = np.where(np.greater(line_load, 0.0), curvature, 1.0)  # flanks may be of any shape where they part
+    require_range("the relative curvature under load", loaded, "1/mm", above=0.0, missing=True, hint=hint)
     require_range("the effective modulus", modulus, "MPa", above=0.0)
 
 

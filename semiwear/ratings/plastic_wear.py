@@ -25,6 +25,7 @@ def loss_factor(teeth: tuple[int, int], contact_ratios: tuple[float, float], bas
     Parameters
     ----------
     teeth : (z_1, z_2)
+        The gear's negative in an internal pair.
     contact_ratios : (eps_1, eps_2)
         Of the pinion's and the gear's addendum; neither above 1, together 1 to 2.
     base_helix_cosine : float
@@ -35,7 +36,7 @@ def loss_factor(teeth: tuple[int, int], contact_ratios: tuple[float, float], bas
     ValueError
         A number is out of its range.
     """
-    require_range("the number of teeth", teeth, least=1)
+    require_range("the number of teeth", np.abs(teeth), least=1)
     require_range("the contact ratio of an addendum", contact_ratios, least=0.0, most=1.0)
     require_range("the transverse contact ratio", sum(contact_ratios), least=1.0, most=2.0)
     require_range("the cosine of the base helix angle", base_helix_cosine, above=0.0, most=1.0)

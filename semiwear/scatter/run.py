@@ -288,9 +288,8 @@ def draw(
     for key, raw in distributions.items():
         wrong: list[Problem] = []
         read[key] = read_distribution(key, raw, scene, wrong)
-        if not _rules(
-            scene, key
-        ):  # told already; what its distribution lacks may be known of the field that was meant
+        if not _rules(scene, key):
+            # what the distribution lacks may be known of the field that was meant
             wrong = [one for one in wrong if one.value is not None and one.field != key]
         problems += wrong
     matrix = read_correlation(list(read), sampling.correlation, problems)

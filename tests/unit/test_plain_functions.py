@@ -57,7 +57,7 @@ def test_a_rigid_body_leaves_the_modulus_of_the_other():
     ("given", "word"),
     [
         (([300.0, -1.0], 0.1, 113e3), "line load .* not -1"),
-        ((300.0, [0.1, -0.2], 113e3), "relative curvature .* not -0.2"),
+        ((300.0, [0.1, -0.2], 113e3), "relative curvature under load .* not -0.2"),
         ((300.0, 0.0, 113e3), "relative curvature .* not 0:"),
         ((300.0, 0.1, 0.0), "modulus .* not 0"),
         ((300.0, 0.1, np.nan), "modulus .* not nan"),
@@ -70,8 +70,8 @@ def test_line_contacts_that_cannot_be_are_refused(function, given, word):
 
 @pytest.mark.parametrize("function", [line_contact_half_width, line_contact_pressure])
 def test_missing_numbers_of_line_contacts_stay_missing(function):
-    found = function([300.0, np.nan, 0.0], [0.1, 0.1, np.nan], 113e3)
-    assert np.array_equal(np.isnan(found), [False, True, True])
+    found = function([300.0, np.nan, 0.0, 0.0], [0.1, 0.1, np.nan, -0.1], 113e3)
+    assert np.array_equal(np.isnan(found), [False, True, True, False]) and found[-1] == 0.0
 
 
 TOOTH = InvoluteTooth(20.0, 4.0, np.radians(20.0), 4.0, 5.0, 1.0, 15.0)
