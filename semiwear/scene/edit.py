@@ -60,18 +60,6 @@ def unknown_field(scene: SceneTables | None, key: str, value: Value) -> list[Pro
     return [_unknown(key, value, nearest)]
 
 
-def problems_without_scene(changes: Mapping[str, Value]) -> list[Problem]:
-    """Problems of changes to a scene that cannot be read: keys and values that no kind of gear pair takes."""
-    problems = []
-    for key, value in changes.items():
-        problems += unknown_field(None, key, value)
-        rules = [schema.rules[key] for schema in SCHEMAS.values() if key in schema.rules]
-        wrong = [problem for rule in rules if (problem := rule.apply(key, value)[1]) is not None]
-        if value is not None and rules and len(wrong) == len(rules):
-            problems.append(wrong[0])
-    return problems
-
-
 def _set(data: Table, key: str, value: Value) -> None:
     *path, name = key.split(".")
     table = data

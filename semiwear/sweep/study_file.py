@@ -28,11 +28,11 @@ from semiwear.check import geometric_problems
 from semiwear.errors import Collected, Problem, SceneError
 from semiwear.scene import Scene, load_scene, scene_files, shipped_scenes
 from semiwear.scene.closest import advised_name, closest
-from semiwear.scene.edit import problems_without_scene
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.toml_io import read_toml
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.sources import no_pipe
+from semiwear.sweep.variation import problems_without_scene
 from semiwear.untyped import Table, Value
 
 OPTIONS = ("measure", "wear_states", "combine")

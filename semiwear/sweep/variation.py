@@ -6,7 +6,7 @@ Every list is checked before anything runs, and all faults are reported at once.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from typing import TYPE_CHECKING
 
@@ -200,25 +200,45 @@ def _schemas(scene: Scene | None, lists: Mapping[str, list[Value]]) -> list[Sche
 def _read(
     scene: Scene | None, schemas: Sequence[Schema], key: str, values: list[Value], problems: list[Problem]
 ) -> list[Value]:
-    """Checked values of a field, each by itself; those of tables unchanged.
-
-    Of several kinds of gear pair that have the field, the one with the fewest problems counts for each value.
-    """
-    having = [kind for kind in schemas if key and (key in kind.rules or key in kind.tables)]
-    if not having:
+    """Checked values of a field, each by itself; those of tables unchanged."""
+    if not _having(schemas, key):
         problems += unknown_field(scene, key, values[0] if values else "")
         return []
     found = []
     for k, raw in enumerate(values):
-        read = [_read_one(scene, kind, key, raw) for kind in having]
-        value, wrong = min(read, key=lambda one: len(one[1]))
+        value, wrong = _read_by_kinds(scene, schemas, key, raw)
         entry = f"entry {k + 1} of {len(values)}"
-        for p in wrong:
-            told = (own.allowed for _, every in read for own in every if own.field == p.field)
-            allowed = " or ".join(dict.fromkeys(told))
-            problems.append(Problem(p.field, p.value, allowed, f"{entry}: {p.fix}" if p.fix else entry))
+        problems += [replace(p, fix=f"{entry}: {p.fix}" if p.fix else entry) for p in wrong]
         found.append(value)
     return found
+
+
+def problems_without_scene(changes: Mapping[str, Value]) -> list[Problem]:
+    """Problems of changes to a scene that cannot be read: keys and values that no kind of gear pair takes."""
+    problems = []
+    schemas = schemas_of_scene(None)
+    for key, raw in changes.items():
+        known = _having(schemas, key)
+        problems += _read_by_kinds(None, schemas, key, raw)[1] if known else unknown_field(None, key, raw)
+    return problems
+
+
+def _having(schemas: Sequence[Schema], key: str) -> list[Schema]:
+    """Schemas that have the field or the table."""
+    return [kind for kind in schemas if key and (key in kind.rules or key in kind.tables)]
+
+
+def _read_by_kinds(
+    scene: Scene | None, schemas: Sequence[Schema], key: str, raw: Value
+) -> tuple[Value, list[Problem]]:
+    """A value as the kind of gear pair with the fewest problems reads it, of those that have the field."""
+    read = [_read_one(scene, kind, key, raw) for kind in _having(schemas, key)]
+    value, wrong = min(read, key=lambda one: len(one[1]))
+    problems = []
+    for p in wrong:
+        told = (own.allowed for _, every in read for own in every if own.field == p.field)
+        problems.append(replace(p, allowed=" or ".join(dict.fromkeys(told))))
+    return value, problems
 
 
 def _read_one(scene: Scene | None, schema: Schema, key: str, raw: Value) -> tuple[Value, list[Problem]]:
