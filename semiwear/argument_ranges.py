@@ -20,7 +20,7 @@ def require_range(
     missing: bool = False,
     hint: str = "",
 ) -> None:
-    """Refuse numbers out of their range.
+    """Refuse numbers out of their range, and infinite ones.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def require_range(
         Some number is out of range; with the first such number.
     """
     given = np.asarray(values)
-    right = (given > above) & (given >= least) & (given < below) & (given <= most)
+    right = np.isfinite(given) & (given > above) & (given >= least) & (given < below) & (given <= most)
     if missing:
         right |= np.isnan(given)
     if right.all():

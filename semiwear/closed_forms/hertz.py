@@ -41,10 +41,7 @@ def effective_modulus(
     """
     if not (youngs_modulus_1 > 0.0 and youngs_modulus_2 > 0.0):
         raise ValueError(f"Young's moduli must be above 0 MPa, not {youngs_modulus_1} and {youngs_modulus_2}")
-    if not (-1.0 < poissons_ratio_1 <= 0.5 and -1.0 < poissons_ratio_2 <= 0.5):
-        raise ValueError(
-            f"Poisson's ratios must lie above -1 and up to 0.5, not be {poissons_ratio_1} and {poissons_ratio_2}"
-        )
+    require_range("Poisson's ratio", (poissons_ratio_1, poissons_ratio_2), above=-1.0, most=0.5)
     return 1.0 / ((1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2)
 
 

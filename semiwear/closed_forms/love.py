@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, log1p, pi, sqrt
+from math import log1p, pi, sqrt
 
 import numpy as np
 
@@ -114,7 +114,7 @@ def love_coefficients(shape: tuple[int, int], cell: tuple[float, float]) -> Floa
     """
     (nx, ny), (dx, dy) = shape, cell
     require_range("the number of offsets", shape, least=1)
-    require_range("the sides of a cell", cell, "mm", above=0.0, below=inf)
+    require_range("the sides of a cell", cell, "mm", above=0.0)
     rules = _POINTS_8, _WEIGHTS_8, _POINTS_4, _WEIGHTS_4
     if dx <= dy:
         return np.asarray(_love(nx, ny, dx, dy, *rules) / pi)

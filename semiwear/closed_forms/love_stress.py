@@ -12,7 +12,7 @@ function of the vector from corner to point. Tension is positive.
 
 from __future__ import annotations
 
-from math import inf, pi
+from math import pi
 
 import numpy as np
 
@@ -96,8 +96,8 @@ def rectangle_stress(
     Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, *Contact Mechanics* (1985), sec. 3.2.
     """
     require_range("the number of cells", (columns, rows), least=1)
-    require_range("the sides of a cell", cell, "mm", above=0.0, below=inf)
-    require_range("the depth", depth, "mm", least=0.0, below=inf)
+    require_range("the sides of a cell", cell, "mm", above=0.0)
+    require_range("the depth", depth, "mm", least=0.0)
     require_range("Poisson's ratio", poissons_ratio, above=-1.0, most=0.5)
     x = (np.arange(columns + 1, dtype=np.float64) - 0.5) * cell[0]
     y = (np.arange(rows + 1, dtype=np.float64) - 0.5) * cell[1]

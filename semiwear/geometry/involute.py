@@ -7,7 +7,7 @@ the fixed frame (docs/frame.svg). The flank described here is the one on the -x 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, inf, pi, sin, sqrt, tan
+from math import cos, pi, sin, sqrt, tan
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, Fl
 
 def require_rack(module: float, pressure_angle: float) -> None:
     """Refuse a module [mm] or a pressure angle [rad] that no rack of involute teeth has."""
-    require_range("the module", module, "mm", above=0.0, below=inf)
+    require_range("the module", module, "mm", above=0.0)
     require_range("the pressure angle", pressure_angle, "rad", above=0.0, below=0.5 * pi, hint=_DEGREES)
 
 
