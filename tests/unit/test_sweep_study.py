@@ -386,9 +386,10 @@ def test_fields_are_told_beside_a_scene_that_cannot_be_read(study, solved, capsy
 def test_set_is_told_beside_a_scene_that_cannot_be_read(study, solved, tmp_path, capsys, scene):
     (tmp_path / "broken.toml").write_text("[gear_pair\n")
     fields = f"[set]\noperation.pinion_torqe_Nm = 1\n{TORQUE} = -1\neffects.friction = 'none'\n"
+    fields += "effects.misalignment = 5\n"
     told = problems_in(study, f"{scene}\n{fields}gear_pair.gear_teeth = -60\n[vary]\n{OFFSET} = [0, 1]\n", capsys)
-    assert "3 problems" in told and not solved
-    for part in ("did you mean pinion_torque_Nm?", f"{TORQUE}: found -1"):
+    assert "4 problems" in told and not solved
+    for part in ("did you mean pinion_torque_Nm?", f"{TORQUE}: found -1", "effects.misalignment: found 5"):
         assert part in told
 
 
