@@ -12,7 +12,7 @@ from fem_reference.arrays import BoolArray, FloatArray, IntArray
 from fem_reference.contact import ContactPair
 from fem_reference.elasticity import ElasticBody
 from fem_reference.moved_nodes import moved_flanks
-from fem_reference.pair_motion import Pose, rounded
+from fem_reference.pair_motion import PairMotion, Pose, rounded
 from fem_reference.pairs import body_mesh, module_of
 from fem_reference.rigid_lines import Forecast, RigidFlank, RigidLine, effective_modulus
 from fem_reference.root_load import BODIES
@@ -31,8 +31,10 @@ _LEAST_WIDTH = 0.4  # of the widest pair's half-width: least half-width for whic
 _LIGHT, _LIGHT_WIDTH = 0.1, 0.8  # share of the load below which elements may be larger, and how large in the same way
 _APPROACH = 1.5  # forecast approaches that are allowed for
 _AT_END = 0.08  # of the element length: elements at the ends of a contact are no shorter, however sharp the edge
-_APART = 1.0  # mm: the gap where nothing lies opposite
-_REACH = 2.0  # mm, of facets that are tried against each other
+_LENGTH, _LENGTHS = 0.4, 14  # modules of an element along the line, and fewest elements over the face
+_APART = 0.16  # modules: the gap where nothing lies opposite
+_REACH = 0.32  # modules, of facets that are tried against each other
+_BESIDE = 0.16  # modules of face that are meshed finely beyond the contact
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class MeshSettings:
     elements_per_half_width : float
         Elements across the expected half-width of the contact on the present flank, worn or not.
     element_length : float
-        Length of elements along the line [mm].
+        Length of elements along the line [mm]; see `usual_element_length`.
     gear_teeth, pinion_teeth : int
         Teeth in the meshes; the bore and the back face are held, the cut planes free. None is every tooth (of
         cylindrical gears).
@@ -58,8 +60,8 @@ class MeshSettings:
         One of `WORN_FLANK`.
     """
 
-    elements_per_half_width: float = 3.0
-    element_length: float = 2.5
+    elements_per_half_width: float
+    element_length: float
     gear_teeth: int | None = 5
     pinion_teeth: int | None = 9
     growth: float = 0.6
@@ -76,6 +78,12 @@ class MeshSettings:
         for name, teeth in (("teeth", self.gear_teeth), ("pinion_teeth", self.pinion_teeth)):
             if teeth is not None and not (teeth >= FEWEST_TEETH and teeth % 1 == 0):
                 raise SceneError.of(name, teeth, f"a whole number >= {FEWEST_TEETH}")
+
+
+def usual_element_length(pair: PairMotion) -> float:
+    """Length of elements along the line unless it is given [mm]: `_LENGTH`, or a share of a narrow face."""
+    low, high = pair.gear_face
+    return min(_LENGTH * module_of(pair.scene), (high - low) / _LENGTHS)
 
 
 def line_meshes(
@@ -127,8 +135,13 @@ class Candidates:
         """Gap at all nodes with the wear of a flank [mm]."""
         gap, at = self.fresh.copy(), self.on_flank
         worn = flank.wear.depth(self.face[at], self.profile[at]) - self.moved[at]
-        gap[at] = np.minimum(gap[at] + worn, _APART)
+        gap[at] = np.minimum(gap[at] + worn, _apart(flank))
         return gap
+
+
+def _apart(flank: RigidFlank) -> float:
+    """Gap where nothing lies opposite [mm]."""
+    return _APART * module_of(flank.pair.scene)
 
 
 def _patch(flank: RigidFlank, expected: Forecast, pair: int, settings: MeshSettings) -> tuple[RigidLine, float]:
@@ -153,6 +166,7 @@ def _element_size(expected: Forecast, pair: int, settings: MeshSettings) -> floa
 def _refinements(flank: RigidFlank, expected: Forecast, settings: MeshSettings) -> dict[str, dict[int, Refinement]]:
     """Refined patches of all loaded teeth of both bodies: pair j is pinion tooth j on gear tooth -j."""
     result: dict[str, dict[int, Refinement]] = {name: {} for name in BODIES}
+    beside = _BESIDE * module_of(flank.pair.scene)
     for j, line in expected.lines.items():
         middle, half = _patch(flank, expected, j, settings)
         near = line.gap - expected.least < 1.5 * expected.approach
@@ -161,7 +175,7 @@ def _refinements(flank: RigidFlank, expected: Forecast, settings: MeshSettings) 
             "gear": (-j, middle.face, middle.profile), "pinion": (j, middle.pinion_face, middle.pinion_profile),
         }  # fmt: skip
         for name, (tooth, face, profile) in tables.items():
-            low, high = float(face[near].min()) - 1.0, float(face[near].max()) + 1.0
+            low, high = float(face[near].min()) - beside, float(face[near].max()) + beside
             result[name][tooth] = Refinement(
                 profile_middle=_curve(face, profile),
                 profile_half_range=half,
@@ -217,7 +231,8 @@ def candidates(
     own, normal = pair.gear.points(face, gear.profile)
     met = pair.met_by(own - worn[..., None] * normal if moved else own, normal, line.roll)
     fresh = met.gap + rounded(pair, face, gear.profile, met)
-    fresh = np.where(np.isfinite(fresh), np.minimum(fresh, _APART), _APART)
+    apart = _apart(flank)
+    fresh = np.where(np.isfinite(fresh), np.minimum(fresh, apart), apart)
     gap = fresh if moved else fresh + worn
     place = np.abs(gear.profile - np.interp(gear.face, line.face, line.profile))
     # elastic deflection only opens the gap: no node with a gap above the approach comes into contact
@@ -234,14 +249,14 @@ def candidates(
 
     normals = np.zeros((count, 3))
     normals[gear.nodes] = poses["gear"].vectors(gear.normals)
-    at_fresh = at_nodes(fresh, _APART)
+    at_fresh = at_nodes(fresh, apart)
     contact = ContactPair(
         slave=_surface("gear", bodies["gear"].points, gear, near, poses["gear"]),
         master=_surface("pinion", bodies["pinion"].points, pinion, other, poses["pinion"]),
         gap=at_fresh,
         lever=pair.lever,
         normals=None if moved else normals,
-        reach=_REACH,
+        reach=_REACH * module_of(pair.scene),
         name=f"pair {j:+d}",
     )
     return Candidates(

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from fem_reference.arrays import FloatArray
 from fem_reference.contact import ContactMeshError
 from fem_reference.fem_results import result_groups, tree_of
+from fem_reference.line_meshes import usual_element_length
 from fem_reference.mesh_position import MeshedPosition, MeshSettings, PositionResult
 from fem_reference.pairs import pair_motion, usual_teeth
 from fem_reference.rigid_lines import RigidFlank
@@ -33,7 +34,6 @@ from semiwear.scene import Placement, Scene
 _WIDER = 2.0  # times the patch of a pair whose contact reached its border
 _WIDEST = 1.0  # a patch as wide as that, in times of the usual one, may be made wider: once
 _KNOWN_EFFECTS = ("free_edges",)  # solids have them by themselves
-_LENGTH, _LENGTHS = 2.5, 14  # mm of an element along the line, and fewest elements over the face
 _LIGHT = 0.1  # share of the load of pairs that need not be resolved
 
 POSITIONS = 9
@@ -71,8 +71,8 @@ def loaded_contact(
         Elements across the expected half-width of the contact on the present flank: 2 gives the peak pressure to
         5 %, 3 to 2 %, 4 to 1 %.
     element_length : float, optional
-        Length of the elements along the contact line [mm]. Default 2.5, or a fourteenth of the gear's face width if
-        that is less.
+        Length of the elements along the contact line [mm]. Default 0.4 modules, or a fourteenth of the gear's face
+        width if that is less.
     teeth, pinion_teeth : int, optional
         Teeth in the meshes of gear and pinion, 5 and more. Default 5 of a face gear and 9 of its pinion, and every
         tooth of a cylindrical gear: those that cannot touch are condensed and cost little. A sector of fewer has free
@@ -107,11 +107,10 @@ def loaded_contact(
     flank = RigidFlank(pair_motion(scene, on_loaded_flank(scene, placement)))
     flank = RigidFlank(flank.pair, wear_depth_of(wear_depth, flank.pair))
     positions = _mesh_positions(roll_positions)
-    low, high = flank.pair.gear_face
     usual = usual_teeth(scene)
     settings = MeshSettings(
         elements_per_half_width,
-        min(_LENGTH, (high - low) / _LENGTHS) if element_length is None else element_length,
+        usual_element_length(flank.pair) if element_length is None else element_length,
         usual["gear"] if teeth is None else teeth,
         usual["pinion"] if pinion_teeth is None else pinion_teeth,
         worn_flank=worn_flank,

@@ -11,12 +11,15 @@ from fem_reference.arrays import FloatArray
 from fem_reference.edge_rule import reference_half_width
 from fem_reference.fem_results import line_motion
 from fem_reference.kinematics import PairKinematics, face_gear_motion
+from fem_reference.pairs import module_of
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 from semiwear.results import Zone
 
 _UM = 1e3
 _TRACED = 24  # rigid lines a mesh cycle, from which the passage of flank points is read
+_NEAR = 0.03  # modules: gap up to which a line is one of contact
+_STILL = 1e-7  # modules: a line that has moved less between two roll positions stands
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,7 @@ class Passage:
         pair = face_gear_motion(fresh.pair)
         face = face_stations(pair)
         profile = flank_profile(pair, face)
+        near, still = _NEAR * module_of(pair.scene), _STILL * module_of(pair.scene)
         rolls = np.linspace(first, last, round((last - first) * _TRACED) + 1)
         traced = [line_motion(fresh, float(roll)) for roll in rolls]
         place = np.stack([np.interp(face, line.face, line.profile) for line, _ in traced])
@@ -54,17 +58,18 @@ class Passage:
         roll, sliding = np.full(profile.shape, np.nan), np.zeros(profile.shape)
         for i in range(len(face)):
             # a line that stops at a border has no speed of its own there: its last free steps are carried on
-            inside = np.isfinite(gap[:, i]) & (gap[:, i] < 0.2)
+            inside = np.isfinite(gap[:, i]) & (gap[:, i] < near)
             step = np.abs(np.diff(place[:, i], prepend=np.nan, append=np.nan))
             free = step[1:-1][inside[1:] & inside[:-1]]
-            usual = float(np.median(free[free > 1e-6])) if np.any(free > 1e-6) else np.inf
+            usual = float(np.median(free[free > still])) if np.any(free > still) else np.inf
             moving = inside & (step[:-1] > 0.6 * usual) & (step[1:] > 0.6 * usual)
             rows = np.flatnonzero(moving)
             if len(rows) < 3:
                 continue
             order = rows[np.argsort(place[rows, i])]
-            nodes, kept = np.unique(np.round(place[order, i], 9), return_index=True)
+            kept = np.diff(place[order, i], prepend=-np.inf) > still
             order = order[kept]
+            nodes = place[order, i]
             within = (profile[:, i] >= nodes[0] - usual) & (profile[:, i] <= nodes[-1] + usual)
             points = profile[within, i]
             held = np.clip(points, nodes[0], nodes[-1])

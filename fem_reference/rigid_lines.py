@@ -13,7 +13,6 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fem_reference.arrays import FloatArray
 from fem_reference.pair_motion import PairMotion, rounded
@@ -21,7 +20,7 @@ from fem_reference.wear import NoWear, WearDepth
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.scene import Material, Scene
 
-_FAR = 1.0  # mm: greater gaps are not distinguished
+_FAR = 0.1  # of the flank's height: greater gaps are not distinguished
 _APPROACH = 14.0  # approach of loaded gear teeth, tooth bending included, times pi E* over the line load: usual value
 _FARTHEST = 3  # neighbours looked at on either side
 
@@ -71,7 +70,8 @@ class RigidLine:
         A Hertz contact of line load q closes the gap as far as it rises by 2 q/(pi E*) (Johnson 1985, section 4.2);
         on a ridge left by wear this is narrower than from a mean curvature.
         """
-        above = np.minimum(self.gap_across, _FAR) - np.minimum(self.gap + rise, _FAR)[:, None]
+        far = _FAR * float(np.ptp(self.across, axis=1).max())
+        above = np.minimum(self.gap_across, far) - np.minimum(self.gap + rise, far)[:, None]
         low, high = np.minimum(above[:, 1:], above[:, :-1]), np.maximum(above[:, 1:], above[:, :-1])
         share = np.clip(-low / np.maximum(high - low, 1e-15), 0.0, 1.0)
         return np.asarray(0.5 * share.sum(axis=1) * (self.across[:, 1] - self.across[:, 0]))
@@ -206,21 +206,26 @@ def forecast(lines: Sequence[RigidLine], first: int, force: float, modulus: floa
         Sum of the normal forces.
     modulus : float [MPa]
         Effective modulus E*.
+
+    Raises
+    ------
+    ConvergenceError
+        For a force that would take an approach by more than the height of the flank.
     """
     least = min(float(line.gap.min()) for line in lines)
     stiffness = pi * modulus / _APPROACH
     length = [np.linalg.norm(np.gradient(line.position, axis=0), axis=1) for line in lines]
-
-    def carried(approach: float) -> float:
-        closed = [np.maximum(approach - (line.gap - least), 0.0) for line in lines]
-        return stiffness * sum(float(c @ one) for c, one in zip(closed, length, strict=True)) - force
-
-    upper = 1e-3
-    while carried(upper) < 0.0:
-        upper *= 2.0
-        if upper > 10.0:
-            raise ConvergenceError("contact: no load is carried within 10 mm of approach; check torque and placement")
-    approach = float(brentq(carried, 0.0, upper))
+    rise, borne = np.concatenate([line.gap - least for line in lines]), np.concatenate(length)
+    order = np.argsort(rise)[: np.count_nonzero(np.isfinite(rise))]
+    rise, borne = rise[order], borne[order]
+    # the k lowest stations bear the force at the k-th of these, and those that bear it are the set that needs least
+    approach = float(np.min((force / stiffness + np.cumsum(borne * rise)) / np.cumsum(borne)))
+    height = max(float(np.ptp(line.across, axis=1).max()) for line in lines)
+    if approach > height:
+        raise ConvergenceError(
+            f"contact: the force would take an approach of {approach:.3g} mm, and the flank is {height:.3g} mm high; "
+            "check torque and placement"
+        )
     near, loads, widths = {}, {}, {}
     for j, line in enumerate(lines, start=first):
         load = stiffness * np.maximum(approach - (line.gap - least), 0.0)

@@ -20,8 +20,10 @@ from fem_reference.deposit import Deposit, by_roll
 from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.fem_results import result_groups, tree_of
 from fem_reference.kinematics import PairKinematics
+from fem_reference.line_meshes import usual_element_length
 from fem_reference.loaded import mesh_and_solve, on_loaded_flank, refuse_effects, torque_of
 from fem_reference.mesh_position import MeshedPosition, MeshSettings, PositionResult
+from fem_reference.pairs import module_of
 from fem_reference.passage import Passage, flank_group
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import FlankWear, wear_depth_of
@@ -31,7 +33,7 @@ from semiwear.scene import Placement, Scene
 WEAR_POSITIONS = 18
 """Default number of mesh positions; lines move by less than a contact width between two of them."""
 
-_STEP = 5e-4  # mm of greatest depth a step: explicit steps on fine contact elements are stable up to three times that
+_STEP = 8e-5  # modules of greatest depth a step: explicit steps on fine elements are stable up to three times that
 _FEWEST, _MOST = 4, 200  # steps a cycle
 _HEIGHTS = 641
 
@@ -45,7 +47,7 @@ def simulate(
     positions: int = WEAR_POSITIONS,
     placement: Placement | None = None,
     elements_per_half_width: float = 2.0,
-    element_length: float = 2.5,
+    element_length: float | None = None,
     teeth: int = 5,
     pinion_teeth: int = 9,
     worn_flank: str = "gap",
@@ -96,7 +98,8 @@ def simulate(
     pair = PairKinematics(scene, on_loaded_flank(scene, placement))
     fresh = RigidFlank(pair)
     passage = Passage.of(fresh)
-    settings = MeshSettings(elements_per_half_width, element_length, teeth, pinion_teeth, worn_flank=worn_flank)
+    length = usual_element_length(pair) if element_length is None else element_length
+    settings = MeshSettings(elements_per_half_width, length, teeth, pinion_teeth, worn_flank=worn_flank)
     places = np.arange(positions) / positions
     dose = scene.wear.coefficient("gear") * total / cycles
 
@@ -137,7 +140,8 @@ def _worn(
     face, profile = deposit.face, deposit.profile
     depth = flank.wear.depth(np.broadcast_to(face, profile.shape), profile)
     rate = deposit(pressures)
-    steps = int(np.clip(np.ceil(dose * rate.max() / _STEP), _FEWEST, _MOST))
+    step = _STEP * module_of(flank.pair.scene)
+    steps = int(np.clip(np.ceil(dose * rate.max() / step), _FEWEST, _MOST))
     for _ in range(steps):
         depth = depth + dose / steps * rate
         now = RigidFlank(flank.pair, FlankWear(face, profile, depth))

@@ -27,6 +27,7 @@ import fem_reference
 import semiwear as sw
 from fem_reference.deposit import Deposit, line_pressures, marched
 from fem_reference.kinematics import PairKinematics
+from fem_reference.line_meshes import usual_element_length
 from fem_reference.loaded import mesh_and_solve, torque_of
 from fem_reference.mesh_position import MeshSettings
 from fem_reference.rigid_lines import RigidFlank
@@ -199,7 +200,7 @@ def march_rows(scene: sw.Scene, *, middle: float = 0.0, every: int = 4, steps: i
     """
     fresh = RigidFlank(PairKinematics(scene), heights=641)
     rolls = middle + (np.arange(steps + 1) - 0.5 * steps) / (18.0 * every)
-    settings = MeshSettings(elements_per_half_width=2.0)
+    settings = MeshSettings(elements_per_half_width=2.0, element_length=usual_element_length(fresh.pair))
     solved = [mesh_and_solve(fresh, float(roll), settings, torque_of(fresh))[1] for roll in rolls]
     pressures = np.stack([line_pressures(result.pairs[0], fresh.pair, fresh) for result in solved])
     summed, whole = marched(fresh, rolls, pressures)

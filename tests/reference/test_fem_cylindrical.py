@@ -11,6 +11,7 @@ from fem_reference import loaded_contact
 from semiwear.errors import SceneError
 from semiwear.results import check_tree
 from semiwear.scene import FlankPointsPair
+from tests.strategies.scaling import dimensionless_difference, scaled
 
 pytestmark = pytest.mark.slow
 
@@ -126,6 +127,15 @@ def test_line_loads_carry_the_force(flat: xr.DataTree) -> None:
     force = 302e3 / (36.0 * np.cos(np.radians(20.0)))
     load = flat["engagement"].line_load
     assert float(load.sum() * (load.face[1] - load.face[0])) == pytest.approx(force, rel=1e-9)
+
+
+def test_a_scaled_pair_is_loaded_alike(scene: sw.Scene) -> None:
+    """Elements, patches and reaches go with the module where they are not given."""
+    options = {name: value for name, value in FLAT.items() if name != "element_length"} | {"strict": False}
+    one = loaded_contact(scene, [0.0], **options)
+    for size in (0.02, 10.0):
+        apart = dimensionless_difference(one, loaded_contact(scaled(scene, size), [0.0], **options), size)
+        assert max(apart.values()) < 1e-6, (size, {name: value for name, value in apart.items() if value >= 1e-6})
 
 
 def test_flanks_given_as_points_are_refused(scene: sw.Scene) -> None:

@@ -15,6 +15,7 @@ from fem_reference.simulation import simulate
 from fem_reference.tooth_mesh import LOADED
 from semiwear.errors import SceneError
 from semiwear.results import check_tree
+from tests.strategies.scaling import scaled
 
 COARSE = {"elements_per_half_width": 1.0, "element_length": 6.0, "teeth": 5, "pinion_teeth": 5}
 POSITION = 1 / 3
@@ -187,6 +188,8 @@ def test_passage_of_the_line(small: sw.Scene) -> None:
     ratio = passage.specific_sliding[active] / theirs[active]
     assert np.median(ratio) == pytest.approx(1.0, abs=0.02)
     assert np.quantile(np.abs(ratio - 1.0), 0.9) < 0.1
+    large = Passage.of(RigidFlank(PairKinematics(scaled(small, 10.0))))
+    np.testing.assert_allclose(large.roll, passage.roll, rtol=0.0, atol=1e-6)
 
 
 def test_simulate_says_what_it_needs(small: sw.Scene) -> None:

@@ -12,7 +12,7 @@ from fem_reference.kinematics import PairKinematics
 from fem_reference.pair_motion import rounded
 from fem_reference.rigid_lines import RigidFlank, RigidLine, forecast
 from fem_reference.wear import FlankWear, NoWear, face_stations, flank_profile, wear_depth_of
-from semiwear.errors import SceneError
+from semiwear.errors import ConvergenceError, SceneError
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.scene import Placement
 
@@ -98,6 +98,8 @@ def test_valley_and_forecast(shipped: sw.Scene, pair: PairKinematics) -> None:
     total = sum(float(load @ length[j]) for j, load in expected.line_load.items())
     assert total == pytest.approx(22000.0, rel=1e-6)
     assert 0.3 < expected.half_width[0].max() < 0.6
+    with pytest.raises(ConvergenceError, match=r"approach of .* mm, and the flank is .* mm high; check torque"):
+        forecast(lines, -3, 1e12, 113700.0)
 
 
 def test_no_contact_possible(shipped: sw.Scene) -> None:
