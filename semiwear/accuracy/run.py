@@ -183,8 +183,7 @@ class _Search:
         if "wear_steps" in self.scene.numerics.chosen_for_accuracy:
             return {}
         free = self.pilot_scene.replace({"numerics.wear_steps": None})
-        reference = history(simulate_as_given(self._with(free, self.coarse)))
-        return difference(self.pilot, reference)
+        return difference(self.pilot, _coarse_history(self._with(free, self.coarse)))
 
     def _factors(self, tree: DataTree, values: Mapping[str, int]) -> dict[str, float]:
         """Error of the coarse run over its estimate, at least 1, by quantity."""
@@ -199,7 +198,7 @@ class _Search:
         """Change of the result at half of the chosen resolution, which equals the error for first order."""
         self.progress.step(1, 1, "run at half the resolution, for a closer error estimate")
         half = {name: max(value // 2, _least(name)) if name in self.open else value for name, value in values.items()}
-        coarser = history(simulate_as_given(self._with(self.pilot_scene, half)))
+        coarser = _coarse_history(self._with(self.pilot_scene, half))
         return difference(coarser, history(tree, self.pilot_states))
 
     def _errors(
@@ -227,7 +226,7 @@ class _Search:
         return together([of_steps, self.fixed_steps, chosen, given])
 
     def _pilot_history(self, values: Mapping[str, int]) -> History:
-        pilot = history(simulate_as_given(_in_fixed_steps(self._with(self.pilot_scene, values))))
+        pilot = _coarse_history(_in_fixed_steps(self._with(self.pilot_scene, values)))
         self.pilots += 1
         self.progress.step(self.pilots, 1 + len(self.parameters), "coarse runs, to choose the resolution")
         return pilot
@@ -251,6 +250,16 @@ def _pilot(scene: Scene) -> tuple[Scene, list[int] | None]:
     kept = np.unique(np.ceil(np.arange(1, _PILOT_STATES + 1) * len(depths) / _PILOT_STATES).astype(int))
     changes["wear.until.control_depths_um"] = [depths[k - 1] for k in kept]
     return scene.replace(changes), [0, *(int(k) for k in kept)]
+
+
+def _coarse_history(scene: Scene) -> History:
+    """Quantities of a coarse run; the transmission error's amplitude, whose peaks take time, is missing in between."""
+    found = history(simulate_as_given(scene, groups=(), peaks=(0, -1)))
+    known = np.isin(np.arange(found["meshes"].size), (0, found["meshes"].size - 1))
+    return {
+        name: np.where(known, values, np.nan) if name == "transmission_error_amplitude" else values
+        for name, values in found.items()
+    }
 
 
 def _in_fixed_steps(scene: Scene) -> Scene:

@@ -12,6 +12,7 @@ from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Designs
 from semiwear.optimise.quantity import measure_of_quantities, quantity_of
 from semiwear.optimise.space import space_of
 from semiwear.report.numbers import _excitation
+from semiwear.scene import parse_scene
 from semiwear.sweep.outcome import solve
 from semiwear.sweep.scenes import Task
 from tests.same_result import different_variables
@@ -105,6 +106,40 @@ def test_peaks_are_found_in_the_wear_states_that_are_asked_for(
     values = [quantity.value(solved.measured, low_is_good=True) for quantity in quantities[:-1]]
     expected = {"[unworn]": whole[0], "": whole[-1], "[worst]": whole.max()}
     assert values == [expected[time] for time in asked]
+
+
+@pytest.mark.slow
+def test_an_accuracy_finds_peaks_of_all_states_and_compares_the_first_and_the_last(
+    relieved: sw.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = {f"numerics.{name}": None for name in ("face_slices", "roll_positions", "harmonics", "profile_points")}
+    found: list[int] = []
+    module = import_module("semiwear.simulate")
+    own = module.error_amplitude
+    monkeypatch.setattr(module, "error_amplitude", lambda *given: found.append(0) or own(*given))
+    given = run.simulate_as_given
+    calls: list[tuple[int, int]] = []
+
+    def counted(scene: sw.Scene, **options: Any) -> Any:
+        found.clear()
+        tree = given(scene, **options)
+        calls.append((len(found), tree["history"].sizes["wear_step"]))
+        return tree
+
+    monkeypatch.setattr(run, "simulate_as_given", counted)
+    scene = relieved.replace(chosen | {"numerics.accuracy": 0.1, "numerics.wear_steps": 3})
+    tree = sw.simulate(scene)
+    *coarse, last = calls
+    assert last == (4, 4)
+    assert [peaks for peaks, _ in coarse] == 6 * [2]
+    assert min(states for _, states in coarse) == 4
+    assert float(tree["diagnostics"].error_estimate.sel(quantity="transmission_error_amplitude")) <= 0.1
+    finer = parse_scene(tree.attrs["scene_toml"]).replace(
+        {"numerics.accuracy": None, "numerics.roll_positions": 96, "numerics.face_slices": 41, "numerics.harmonics": 33}
+    )
+    exact = given(finer)["history"].transmission_error_amplitude
+    apart = np.abs(tree["history"].transmission_error_amplitude - exact)
+    assert float(apart.max() / abs(exact).max()) <= 0.1
 
 
 def test_a_search_for_other_quantities_spares_the_peaks(relieved: sw.Scene) -> None:
