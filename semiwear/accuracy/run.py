@@ -253,7 +253,7 @@ def _pilot(scene: Scene) -> tuple[Scene, list[int] | None]:
 
 
 def _coarse_history(scene: Scene) -> History:
-    """Quantities of a coarse run; the transmission error's amplitude, whose peaks take time, is missing in between."""
+    """Quantities of a coarse run; the amplitude of the transmission error in the first and the last state only."""
     found = history(simulate_as_given(scene, groups=(), peaks=(0, -1)))
     known = np.isin(np.arange(found["meshes"].size), (0, found["meshes"].size - 1))
     return {

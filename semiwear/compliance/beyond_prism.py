@@ -22,6 +22,8 @@ from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
+_ASIDE = 3  # lowest orders of a load that act where its foot is: two to four differ by 0.5 % of the deflection
+
 
 @dataclass(frozen=True)
 class WheelInfluence:
@@ -64,6 +66,8 @@ def wheel_influence(
     # the prism has no influence at these offsets to be replaced
     virtual.compliance[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0
     virtual.stress[np.abs(OFFSETS) > max(STRESS_OFFSETS)] = 0.0
+    # as the prism's, which has the length of the tooth on the reference cylinder
+    virtual = virtual._replace(compliance=foot.crowding * virtual.compliance)
     share, factor = strained_root(section, poissons_ratio=poissons_ratio)
     return WheelInfluence(foot, wheel, virtual, share, factor)
 
@@ -139,9 +143,12 @@ class BeyondOnLines:
         forms = [_form(along_width(share, ORDERS), weights, slopes * height[1][..., None], ends.deflection[None])]
         if wheel is None or radius is None:
             return cls(tuple(forms), ends, share, width)
-        spread = along_width(share, POLYNOMIALS)
-        forms.append(_ring_form(wheel.wheel.compliance, spread, wheel.foot.on_wheel, radius))
-        forms.append(_ring_form(-wheel.virtual.compliance, spread, wheel.foot.on_virtual, radius))
+        foot = wheel.foot
+        on_wheel, on_virtual = (
+            _spread(share, aside(radius[0]) / width) for aside in (foot.section_aside, foot.prism_aside)
+        )
+        forms.append(_ring_form(wheel.wheel.compliance, on_wheel, foot.on_wheel, radius))
+        forms.append(_ring_form(-wheel.virtual.compliance, on_virtual, foot.on_virtual, radius))
         return cls(tuple(forms), ends, share, width, _StrainedWheel.of(wheel, radius[2]))
 
     def add_compliance(
@@ -279,6 +286,16 @@ class _WheelAtRoot:
             # the loaded tooth is at the roll of the observed one less this tooth offset
             add_later(stress, part, int(teeth) * per_tooth)
         return np.asarray(stress[:, :, None] * self.factor)
+
+
+def _spread(share: FloatArray, aside: FloatArray) -> FloatArray:
+    """Spread along the width of feet that are aside of their loads, (roll, face, P).
+
+    The lowest orders make force and moment of a foot's load; higher ones would be extrapolated beyond the ends.
+    """
+    spread = along_width(share, POLYNOMIALS)
+    spread[..., :_ASIDE] = along_width(share + aside, _ASIDE)
+    return spread
 
 
 def _ring_form(

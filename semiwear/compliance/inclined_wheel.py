@@ -12,9 +12,9 @@ flexibility of the annulus,
     C(s, s', o) = sum over m of Re [exp(2 pi i m o/z) b_m(s)^H g_m b_m(s')],     o teeth between the two feet.
 
 The wheel's strain at the root of a tooth is read in the same way: the stress of the loaded cylinder normal to the
-tooth, averaged over its foot. Only the far field counts: the effect of loads on the ground beside the tooth is in the
-stretch of tooth and ground (`tooth_ends`), so that an annulus held where that ground is held, with the same elements
-above, is subtracted. An axial force bends a solid wheel like a disc; at the ends of a narrow face that is a tenth of
+tooth, averaged over its foot. Only the far field of the tooth's own loads counts, of deflection and stress: their effect on
+the ground beside the tooth, and on its slanted ends, is in the stretch of tooth and ground (`tooth_ends`), so that an
+annulus held where that ground is held, with the same elements above, is subtracted. An axial force bends a solid wheel like a disc; at the ends of a narrow face that is a tenth of
 the root stress, of either sign.
 """
 
@@ -56,7 +56,8 @@ class RingInfluence(NamedTuple):
     Attributes
     ----------
     compliance : (9, 4 P, 4 P) array
-        Motion of a foot, spread in the same way; [mm/N], [mm/(N mm)] and [rad/(N mm)].
+        Motion of a foot, spread in the same way; [mm/N], [mm/(N mm)] and [rad/(N mm)]. Of the loaded tooth itself
+        without the effect of the ground nearby.
     stress : (9, P, 4 P) array [MPa/N], [MPa/(N mm)]
         Stress of the ring's surface normal to the tooth, averaged over its foot and expanded in polynomials. Of the
         loaded tooth itself without the effect of the ground nearby.
@@ -100,10 +101,12 @@ def ring_influence(
         moved = whole[m] @ load
         turned = np.exp(2j * pi / ring.teeth * np.multiply.outer(OFFSETS, m))
         turned *= np.clip(shortest - m + 1.0, 0.0, 1.0)
+        held = near[m] @ load
         compliance += np.tensordot(turned, load.conj().swapaxes(1, 2) @ moved, axes=1).real
+        compliance[own] -= np.tensordot(turned[own], load.conj().swapaxes(1, 2) @ held, axes=1).real
         gauge = _gauges(ring, annulus.stations, m, youngs_modulus, poissons_ratio).conj().swapaxes(1, 2)
         stress += np.tensordot(turned, gauge @ moved, axes=1).real
-        stress[own] -= np.tensordot(turned[own], gauge @ (near[m] @ load), axes=1).real
+        stress[own] -= np.tensordot(turned[own], gauge @ held, axes=1).real
     return RingInfluence(compliance, stress)
 
 

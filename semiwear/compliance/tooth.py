@@ -162,14 +162,19 @@ class BodyOnLines:
     local_splines: LocalWeights | None = None
 
     @classmethod
-    def of(cls, body: ToothBody, places: LinePlaces, beyond: BeyondPrism | None = None) -> BodyOnLines:
-        """Prepare a body for contact lines at `places`."""
+    def of(
+        cls, body: ToothBody, places: LinePlaces, beyond: BeyondPrism | None = None, along: FloatArray | None = None
+    ) -> BodyOnLines:
+        """Prepare a body for contact lines at `places`.
+
+        `along` has the face coordinates (roll, face) [mm] at which their loads act on the prism, if other than these.
+        """
         section = _section_weights(body.faces, places.face)
         count = body.sections[0].load_profile.size
         place, place_slope = body.heights(places)
         height, slope = cubic_weights(place, load_heights(count))
         harmonics = body.sections[0].deflection.shape[0]
-        angle = np.pi * (places.face - body.start) / body.width
+        angle = np.pi * ((places.face if along is None else along) - body.start) / body.width
         depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
         # the series resolves no length below half its last wave, nor may the part subtracted from the half-space
         depth = np.maximum(depth, body.width / max(body.sections[0].deflection.shape[0] - 1, 1))

@@ -101,6 +101,21 @@ class InclinedFoot:
     def _virtual_radius(self) -> float:
         return 0.5 * self.tooth.normal_module * self.tooth.virtual_teeth
 
+    def section_aside(self, radius: FloatArray) -> FloatArray:
+        """Way along the axis from points of the flank to the middle of the tooth in the sections through them [mm].
+
+        The sections are normal to the tooth: the thicker it is, the farther along the axis their middle.
+        """
+        tooth = self.tooth
+        half = radius * _half_angle(
+            radius, tooth.base_radius, tooth.pressure_angle, tooth.half_thickness_angle, tooth.side
+        )
+        return np.asarray(-half * cos(tooth.helix_angle) * sin(self.slant))
+
+    def prism_aside(self, radius: FloatArray) -> FloatArray:
+        """The same relative to a point on the reference cylinder, whose place on the prism is its own [mm]."""
+        return self.section_aside(radius) - self.section_aside(np.array(self.tooth.reference_radius))
+
     def on_wheel(self, radius: FloatArray) -> FloatArray:
         """Radial, tangential and axial force on the foot and the couple that bends the tooth, per unit load.
 
@@ -144,15 +159,25 @@ class InclinedFoot:
         return np.stack([force[..., 0], force[..., 1], np.zeros(np.shape(radius)), couple], axis=-1)
 
 
+def _roll(radius: FloatArray, base: float) -> FloatArray:
+    """Roll angles of an involute [rad]."""
+    return np.sqrt(np.maximum((radius / base) ** 2 - 1.0, 0.0))
+
+
+def _half_angle(radius: FloatArray, base: float, pressure_angle: float, half_angle: float, side: int) -> FloatArray:
+    """Angles from the middle of a tooth to its flank [rad]; `half_angle` on the reference circle."""
+    roll = _roll(radius, base)
+    return np.asarray(half_angle + side * (involute_function(pressure_angle) - roll + np.arctan(roll)))
+
+
 def _load(
     radius: FloatArray, base: float, pressure_angle: float, half_angle: float, side: int, foot: float
 ) -> tuple[FloatArray, FloatArray]:
     """Unit load of an involute in its plane, and its place from the foot, both radial and tangential: (..., 2)."""
     radius = np.asarray(radius, float)
-    roll = np.sqrt(np.maximum((radius / base) ** 2 - 1.0, 0.0))
-    half = half_angle + side * (involute_function(pressure_angle) - roll + np.arctan(roll))
+    half = _half_angle(radius, base, pressure_angle, half_angle, side)
     # the load is tangent to the base circle; the loaded flank lies at -half from the middle of the tooth
-    angle = side * np.arctan(roll) - half
+    angle = side * np.arctan(_roll(radius, base)) - half
     force = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
     arm = np.stack([radius * np.cos(half) - foot, -radius * np.sin(half)], axis=-1)
     return force, arm

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from semiwear.arrays import FloatArray
 from semiwear.compliance.beyond_prism import BeyondOnLines, WheelInfluence, wheel_influence
 from semiwear.compliance.elastic_teeth import CompliantBody, ElasticTeeth, PointCompliance
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
@@ -98,8 +99,9 @@ def _prism_bodies(own: _Prismatic, lines: ContactLines) -> tuple[CompliantBody, 
         places = _places(lines, index)
         parts = _parts_on(course, common, loaded_flank, index, harmonics)
         # the taper of a tooth contains its ends
+        along = _along_prism(parts, pair, index, places)
         beyond = None if parts.ends is None else _beyond(parts, pair, index, places)
-        on_lines = BodyOnLines.of(parts.body, places, beyond)
+        on_lines = BodyOnLines.of(parts.body, places, beyond, along)
         same = material == common.materials[index]
         bodies.append(on_lines if same else OfModulus(on_lines, material.youngs_modulus_MPa))
     return tuple(bodies)
@@ -133,6 +135,14 @@ def _parts_on(course: Course | None, own: Toothing, loaded_flank: str, index: in
         with suppress(UnlikeError):
             return on_line(at, beside, course.share)
     return _parts(own, loaded_flank, index, harmonics)
+
+
+def _along_prism(parts: _Parts, pair: FlankPair, index: int, places: LinePlaces) -> FloatArray:
+    """Face coordinates of the sections normal to the tooth through places on its flank [mm]."""
+    if parts.wheel is None:
+        return places.face
+    _, radius = pair.flank_place(index, places.face, places.profile)
+    return places.face + parts.wheel.foot.prism_aside(radius)
 
 
 def _beyond(parts: _Parts, pair: FlankPair, index: int, places: LinePlaces) -> BeyondOnLines:
@@ -199,7 +209,10 @@ def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> t
     if shape.foot is None:
         return found
     # the prism has the length of the tooth on the reference cylinder
-    return tuple(replace(prism, stress=shape.foot.crowding * prism.stress) for prism in found)
+    crowding = shape.foot.crowding
+    return tuple(
+        replace(prism, deflection=crowding * prism.deflection, stress=crowding * prism.stress) for prism in found
+    )
 
 
 def _tapers(shape: PrismBody) -> bool:

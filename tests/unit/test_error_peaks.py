@@ -135,7 +135,12 @@ def test_an_accuracy_finds_peaks_of_all_states_and_compares_the_first_and_the_la
     assert min(states for _, states in coarse) == 4
     assert float(tree["diagnostics"].error_estimate.sel(quantity="transmission_error_amplitude")) <= 0.1
     finer = parse_scene(tree.attrs["scene_toml"]).replace(
-        {"numerics.accuracy": None, "numerics.roll_positions": 96, "numerics.face_slices": 41, "numerics.harmonics": 33}
+        {
+            "numerics.accuracy": None,
+            "numerics.roll_positions": 96,
+            "numerics.face_slices": 41,
+            "numerics.harmonics": 33,
+        }
     )
     exact = given(finer)["history"].transmission_error_amplitude
     apart = np.abs(tree["history"].transmission_error_amplitude - exact)
