@@ -13,6 +13,7 @@ by MKL Pardiso (extra `fem`) or, without it, by a nested dissection of our own t
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +52,7 @@ def loaded_contact(
     teeth: int | None = None,
     pinion_teeth: int | None = None,
     root_stress: bool = True,
+    root_elements: Mapping[str, int] | None = None,
     strict: bool = True,
     worn_flank: str = "gap",
 ) -> xr.DataTree:
@@ -80,6 +82,9 @@ def loaded_contact(
         31 on a rim of 45 mm.
     root_stress : bool
         Whether to compute root stress.
+    root_elements : mapping of str to int, optional
+        Numbers of elements of its meshes, by their names in `fem_reference.root_load.RootStress`. Half as many again
+        in all three directions raise the stress by loads beside a fillet by 1.5 %, others by 0.3 % at most.
     strict : bool
         Refuse pressures that the mesh cannot resolve: fewer than three nodes across the contact of a pair that
         carries a tenth of the load, or a contact that reaches the border of the refined patch even after that was
@@ -115,7 +120,8 @@ def loaded_contact(
         usual["pinion"] if pinion_teeth is None else pinion_teeth,
         worn_flank=worn_flank,
     )
-    roots = RootStress(scene, settings.gear_teeth, settings.pinion_teeth) if root_stress else None
+    finer = root_elements or {}
+    roots = RootStress(scene, settings.gear_teeth, settings.pinion_teeth, **finer) if root_stress else None
     solved = solve_positions(flank, positions, settings, roots, strict=strict)
     groups, coords = result_groups([(flank, solved)], positions)
     return tree_of(scene, groups, coords, "loaded_contact")

@@ -12,10 +12,10 @@ flexibility of the annulus,
     C(s, s', o) = sum over m of Re [exp(2 pi i m o/z) b_m(s)^H g_m b_m(s')],     o teeth between the two feet.
 
 The wheel's strain at the root of a tooth is read in the same way: the stress of the loaded cylinder normal to the
-tooth, averaged over its foot. Only the far field of the tooth's own loads counts, of deflection and stress: their effect on
-the ground beside the tooth, and on its slanted ends, is in the stretch of tooth and ground (`tooth_ends`), so that an
-annulus held where that ground is held, with the same elements above, is subtracted. An axial force bends a solid wheel like a disc; at the ends of a narrow face that is a tenth of
-the root stress, of either sign.
+tooth, averaged over its foot. Of the tooth's own loads only the far field counts, of deflection and stress: their
+effect on the ground beside the tooth, slanted ends included, is in the stretch of tooth and ground (`tooth_ends`), so
+that an annulus held where that ground is held, with the same elements above, is subtracted. An axial force bends a
+solid wheel like a disc; at the ends of a narrow face that is a tenth of the root stress, of either sign.
 """
 
 from __future__ import annotations
