@@ -145,3 +145,28 @@ def test_flanks_given_as_points_are_refused(scene: sw.Scene) -> None:
     )  # fmt: skip
     with pytest.raises(SceneError, match=r'gear_pair\.type.*"face_gear" or "cylindrical"'):
         loaded_contact(replace(scene, gear_pair=points), [0.0])
+
+
+@pytest.mark.parametrize(("helix", "apart"), [(20.0, 0.04), (28.0, 0.1)])
+def test_line_load_of_a_narrow_helical_pair_along_the_face(scene: sw.Scene, helix: float, apart: float) -> None:
+    """Found: ends of the face bore two fifths too little at 28 degrees, and the middle a seventh too much."""
+    module, width = 8.0, 25.6
+    narrow = scene.replace(
+        {
+            "gear_pair.pinion_teeth": 23, "gear_pair.gear_teeth": 57, "gear_pair.normal_module_mm": module,
+            "gear_pair.helix_angle_deg": helix, "gear_pair.centre_distance_mm": None,
+            "gear_pair.pinion_face_width_mm": width, "gear_pair.gear_face_width_mm": width,
+            "gear_pair.pinion_profile_shift": 0.16, "gear_pair.gear_profile_shift": 0.08,
+            "operation.pinion_torque_Nm": 1101.0, "effects.free_edges": {},
+        }
+    )  # fmt: skip
+    options = {"elements_per_half_width": 2.0, "root_stress": False, "strict": False}
+    core, judge = sw.loaded_contact(narrow, [0.25]), loaded_contact(narrow, [0.25], **options)
+    parts = [tree["engagement"].to_dataset().isel(wear_step=0) for tree in (core, judge)]
+    most = [part.isel(roll_position=int(np.argmax(part.load_share.values))) for part in parts]
+    places = [float(share) * width for share in (-0.45, -0.3, 0.0, 0.3, 0.45)]
+    ours, theirs = (part.line_load.interp(face=places).values for part in most)
+    np.testing.assert_allclose(ours, theirs, rtol=apart)
+    assert float(most[0].load_share) == pytest.approx(float(most[1].load_share), abs=0.01)
+    error = [float(tree["mesh_cycle"].transmission_error_loaded[0, 0]) for tree in (core, judge)]
+    assert error[0] == pytest.approx(error[1], rel=0.02)
