@@ -36,6 +36,7 @@ _WIDER = 2.0  # times the patch of a pair whose contact reached its border
 _WIDEST = 1.0  # a patch as wide as that, in times of the usual one, may be made wider: once
 _KNOWN_EFFECTS = ("free_edges",)  # solids have them by themselves
 _LIGHT = 0.1  # share of the load of pairs that need not be resolved
+_ROOT_ELEMENTS = ("fillet", "across", "flank")
 
 POSITIONS = 9
 """Mesh positions unless they are given."""
@@ -120,11 +121,22 @@ def loaded_contact(
         usual["pinion"] if pinion_teeth is None else pinion_teeth,
         worn_flank=worn_flank,
     )
-    finer = root_elements or {}
+    finer = _root_elements(root_elements)
     roots = RootStress(scene, settings.gear_teeth, settings.pinion_teeth, **finer) if root_stress else None
     solved = solve_positions(flank, positions, settings, roots, strict=strict)
     groups, coords = result_groups([(flank, solved)], positions)
     return tree_of(scene, groups, coords, "loaded_contact")
+
+
+def _root_elements(given: Mapping[str, int] | None) -> dict[str, int]:
+    """Numbers of elements of the root's meshes, checked."""
+    for name, number in (given or {}).items():
+        if name not in _ROOT_ELEMENTS:
+            raise SceneError.of("root_elements", name, f"one of {', '.join(_ROOT_ELEMENTS)}")
+        step, allowed = (2, "an even number >= 2") if name == "fillet" else (1, "a whole number >= 1")
+        if not (number >= step and number % step == 0):
+            raise SceneError.of(f"root_elements.{name}", number, allowed)
+    return dict(given or {})
 
 
 def solve_positions(

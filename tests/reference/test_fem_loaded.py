@@ -154,6 +154,19 @@ def test_a_mesh_that_cannot_be_is_refused_by_its_option(small: sw.Scene, option:
         loaded_contact(small, [POSITION], **{**COARSE, option: value})
 
 
+@pytest.mark.parametrize(
+    ("elements", "told"),
+    [
+        ({"fillet": 7}, "fillet: found 7; allowed: an even"),
+        ({"flank": 0}, "flank: found 0"),
+        ({"land": 2}, "fillet, "),
+    ],
+)
+def test_meshes_of_the_root_that_cannot_be_are_refused(small: sw.Scene, elements: dict[str, int], told: str) -> None:
+    with pytest.raises(SceneError, match=told):
+        loaded_contact(small, [POSITION], **COARSE, root_elements=elements)
+
+
 def test_an_unknown_way_of_wearing_is_refused(small: sw.Scene) -> None:
     with pytest.raises(SceneError, match="moved_nodes"):
         loaded_contact(small, [POSITION], worn_flank="ale")
