@@ -98,9 +98,12 @@ def _prism_bodies(own: _Prismatic, lines: ContactLines) -> tuple[CompliantBody, 
     for index, material in enumerate(toothing.materials):
         places = _places(lines, index)
         parts = _parts_on(course, common, loaded_flank, index, harmonics)
+        foot = None if parts.wheel is None else parts.wheel.foot
+        radius = None if foot is None else pair.flank_place(index, places.face, places.profile)[1]
+        # loads act on the prism in their section normal to an inclined tooth
+        along = None if foot is None or radius is None else places.face + foot.prism_aside(radius)
         # the taper of a tooth contains its ends
-        along = _along_prism(parts, pair, index, places)
-        beyond = None if parts.ends is None else _beyond(parts, pair, index, places)
+        beyond = None if parts.ends is None else _beyond(parts, pair, index, places, radius)
         on_lines = BodyOnLines.of(parts.body, places, beyond, along)
         same = material == common.materials[index]
         bodies.append(on_lines if same else OfModulus(on_lines, material.youngs_modulus_MPa))
@@ -137,22 +140,18 @@ def _parts_on(course: Course | None, own: Toothing, loaded_flank: str, index: in
     return _parts(own, loaded_flank, index, harmonics)
 
 
-def _along_prism(parts: _Parts, pair: FlankPair, index: int, places: LinePlaces) -> FloatArray:
-    """Face coordinates of the sections normal to the tooth through places on its flank [mm]."""
-    if parts.wheel is None:
-        return places.face
-    _, radius = pair.flank_place(index, places.face, places.profile)
-    return places.face + parts.wheel.foot.prism_aside(radius)
+def _beyond(
+    parts: _Parts, pair: FlankPair, index: int, places: LinePlaces, radius: FloatArray | None
+) -> BeyondOnLines:
+    """Compliance beyond the prism of a tooth of one section, or of sections that are alike.
 
-
-def _beyond(parts: _Parts, pair: FlankPair, index: int, places: LinePlaces) -> BeyondOnLines:
-    """Compliance beyond the prism of a tooth of one section, or of sections that are alike."""
+    `radius`: of the places [mm], for an inclined tooth.
+    """
     shape, body = pair.prism_body(index), parts.body
     assert parts.ends is not None
     along, height = places.face - (shape.start + 0.5 * shape.width), body.heights(places)
-    if parts.wheel is None:
+    if parts.wheel is None or radius is None:
         return BeyondOnLines.of(parts.ends, shape.width, along, height)
-    _, radius = pair.flank_place(index, places.face, places.profile)
     step = 1e-4 * float(np.ptp(body.sections[0].load_profile))
     _, farther = pair.flank_place(index, places.face, places.profile + step)
     heights = body.sections[0].load_profile
