@@ -16,7 +16,7 @@ from math import atan, cos, pi, sin, sqrt, tan
 import numpy as np
 
 from semiwear.arrays import FloatArray
-from semiwear.geometry.involute import InvoluteTooth, involute_function
+from semiwear.geometry.involute import InvoluteTooth, half_tooth_angle, involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
 
@@ -131,9 +131,11 @@ class CylindricalTooth:
 
     def half_thickness(self, radius: float) -> float:
         """Half the tooth thickness on a cylinder, as an arc [mm]; negative beyond a pointed tip."""
-        roll = self.roll_at(radius)
-        angle = self.half_thickness_angle + self.side * (involute_function(self.pressure_angle) - roll + atan(roll))
-        return radius * angle
+        return radius * float(self.half_angle(np.array(self.roll_at(radius))))
+
+    def half_angle(self, roll: FloatArray) -> FloatArray:
+        """Half the angle that the tooth takes at roll angles [rad]."""
+        return half_tooth_angle(roll, self.pressure_angle, self.half_thickness_angle, self.side)
 
     @property
     def root_land_half_angle(self) -> float:
@@ -227,7 +229,7 @@ class CylindricalTooth:
         """
         roll = np.linspace(self.tip_roll_angle, self.form_roll_angle, 81)
         radius = self.base_radius * np.sqrt(1.0 + roll**2)
-        angle = self.half_thickness_angle - involute_function(self.pressure_angle) + roll - np.arctan(roll)
+        angle = self.half_angle(roll)
         rounding = self.rack_tip_radius
         centre_radius, centre_angle = self.root_radius - rounding, pi / self.teeth - self.root_land_half_angle
         # from the point of tangency outwards: the arc's normal turns from the flank's to the radial direction

@@ -17,7 +17,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray
 from semiwear.geometry.cylindrical import CylindricalTooth
-from semiwear.geometry.involute import involute_function
+from semiwear.geometry.involute import half_tooth_angle
 
 
 @dataclass(frozen=True)
@@ -107,9 +107,7 @@ class InclinedFoot:
         The sections are normal to the tooth: the thicker it is, the farther along the axis their middle.
         """
         tooth = self.tooth
-        half = radius * _half_angle(
-            radius, tooth.base_radius, tooth.pressure_angle, tooth.half_thickness_angle, tooth.side
-        )
+        half = radius * tooth.half_angle(_roll(radius, tooth.base_radius))
         return np.asarray(-half * cos(tooth.helix_angle) * sin(self.slant))
 
     def prism_aside(self, radius: FloatArray) -> FloatArray:
@@ -164,20 +162,15 @@ def _roll(radius: FloatArray, base: float) -> FloatArray:
     return np.sqrt(np.maximum((radius / base) ** 2 - 1.0, 0.0))
 
 
-def _half_angle(radius: FloatArray, base: float, pressure_angle: float, half_angle: float, side: int) -> FloatArray:
-    """Angles from the middle of a tooth to its flank [rad]; `half_angle` on the reference circle."""
-    roll = _roll(radius, base)
-    return np.asarray(half_angle + side * (involute_function(pressure_angle) - roll + np.arctan(roll)))
-
-
 def _load(
     radius: FloatArray, base: float, pressure_angle: float, half_angle: float, side: int, foot: float
 ) -> tuple[FloatArray, FloatArray]:
     """Unit load of an involute in its plane, and its place from the foot, both radial and tangential: (..., 2)."""
     radius = np.asarray(radius, float)
-    half = _half_angle(radius, base, pressure_angle, half_angle, side)
+    roll = _roll(radius, base)
+    half = half_tooth_angle(roll, pressure_angle, half_angle, side)
     # the load is tangent to the base circle; the loaded flank lies at -half from the middle of the tooth
-    angle = side * np.arctan(_roll(radius, base)) - half
+    angle = side * np.arctan(roll) - half
     force = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
     arm = np.stack([radius * np.cos(half) - foot, -radius * np.sin(half)], axis=-1)
     return force, arm

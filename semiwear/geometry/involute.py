@@ -37,6 +37,27 @@ def involute_function(angle: float) -> float:
     return tan(angle) - angle
 
 
+def half_tooth_angle(roll: FloatArray, pressure_angle: float, on_reference: float, side: int = 1) -> FloatArray:
+    """Angles about the axis from the middle of a tooth to its involute flank (ISO 21771, 4.4).
+
+    Parameters
+    ----------
+    roll : (...) array [rad]
+        Roll angles of the places, 0 or more.
+    pressure_angle : float [rad]
+        At the reference circle.
+    on_reference : float [rad]
+        The angle there.
+    side : int
+        +1 for external teeth, which grow thinner outwards, -1 for internal ones.
+
+    Returns
+    -------
+    (...) array [rad]
+    """
+    return np.asarray(on_reference + side * (involute_function(pressure_angle) - roll + np.arctan(roll)))
+
+
 def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points of an involute of a circle, in polar coordinates about its centre (ISO 21771, 4.2).
 
