@@ -333,6 +333,7 @@ def test_a_hollow_between_ridges_counts_as_higher_by_what_contact_may_reach():
     vector = np.zeros((1, 1, 2))
     what = Spread(none, none + 1.0, vector, vector, none + closes, np.zeros((1, 1, 4)), np.zeros(1))
     space = piece_space(gap.nodes[None])
+    space.reach.u.fill(-1e9)  # memory that nothing writes may hold anything
     count = pieces_of(gap, 0.2, what, 0, 0, space)
     own = space.at_edge[:count] == -1
     u, side = space.reach.u, space.side[0]
